@@ -1,0 +1,105 @@
+//! The one error type. Every variant carries what a person needs to act: which body, when, which value
+//! and what was expected. The Python classes of the same names are raised from these.
+
+use thiserror::Error;
+
+/// What can go wrong in `fullbody`.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Error {
+    /// An argument that describes nothing physical, or has the wrong shape.
+    #[error("{what} is {value}; expected {expected}")]
+    InvalidInput {
+        /// The quantity, with the body it belongs to.
+        what: String,
+        /// The offending value, printed.
+        value: String,
+        /// What would have been accepted.
+        expected: String,
+    },
+
+    /// Two bodies share interior points: the exterior potential does not hold there.
+    #[error("{first} and {second} overlap at time {time}; their interiors must stay apart")]
+    BodiesOverlap {
+        /// Name of one body.
+        first: String,
+        /// Name of the other.
+        second: String,
+        /// Time in the system's units.
+        time: f64,
+    },
+
+    /// The error control asks for a step that no longer advances the time.
+    #[error("step size {step:e} at time {time} is too small to advance the time; {reason}")]
+    StepSizeTooSmall {
+        /// Time in the system's units.
+        time: f64,
+        /// The step asked for.
+        step: f64,
+        /// What made the steps shrink.
+        reason: String,
+    },
+
+    /// A quadrature or iteration that reached its stated limit.
+    #[error("{what} did not converge: {detail}")]
+    NotConverged {
+        /// The computation.
+        what: String,
+        /// The limit reached, and what would help.
+        detail: String,
+    },
+
+    /// The Tait-Bryan chart came too near its pole (theta = 90 degrees).
+    #[error(
+        "attitude of {body} at time {time} has |cos theta| = {cos_theta:.3e}, too near the pole of the \
+         Tait-Bryan angles; use attitude_chart=\"quaternion\""
+    )]
+    ChartSingularity {
+        /// Name of the body.
+        body: String,
+        /// Time in the system's units.
+        time: f64,
+        /// Distance from the pole.
+        cos_theta: f64,
+    },
+
+    /// The caller's hook asked to stop (Ctrl-C); the state stays at the last accepted step.
+    #[error("interrupted at time {time}")]
+    Interrupted {
+        /// Time of the last accepted step.
+        time: f64,
+    },
+}
+
+/// Result with this crate's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An [`Error::InvalidInput`] from anything printable.
+    pub fn invalid(
+        what: impl Into<String>,
+        value: impl std::fmt::Display,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self::InvalidInput { what: what.into(), value: value.to_string(), expected: expected.into() }
+    }
+}
+
+/// Refuses NaN and infinities, naming the quantity and the component.
+pub fn require_finite(what: &str, values: &[f64]) -> Result<()> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(k) if values.len() == 1 => Err(Error::invalid(what, values[k], "a finite number")),
+        Some(k) => {
+            Err(Error::invalid(format!("{what}, component {k},"), values[k], "a finite number"))
+        }
+    }
+}
+
+/// Refuses everything but finite numbers above zero.
+pub fn require_positive(what: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::invalid(what, value, "a finite number above zero"))
+    }
+}

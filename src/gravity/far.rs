@@ -1,0 +1,213 @@
+//! The field away from the body: a power series in u = 1/(kappa + mean a^2).
+//!
+//! With m the mean of the a_i^2, d_i = a_i^2 - m, and sbar = kappa + m, every integral of the field is
+//! int_sbar^inf dT / (sqrt(T^3 + e2 T + e3) ...), since the d_i add up to zero; e2, e3 are their symmetric functions.
+//! Expanding in 1/T gives
+//!
+//!   R_i = u^(3/2) sum_n 3 k_n / (2n + 3) u^n,   k = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2) / (1 + d_i z),
+//!   R_F = u^(1/2) sum_n h_n / (2n + 1) u^n,     h = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2),
+//!
+//! with coefficients that belong to the body alone, and R_j - R_i has (d_i - d_j)/((1 + d_i z)(1 + d_j z)) for its last
+//! factor: exact for nearly equal axes. The series converge for max |d_i| < sbar, geometrically.
+//!
+//! sbar is a root of a cubic; with w = r^2/sbar it reads w = 1 + w^2 (p + q w), p = (e2 + sum d_i x_i^2)/r^4,
+//! q = (e3 - sum d_j d_k x_i^2)/r^6, both small at a distance, where Newton's iteration from their series converges
+//! at once.
+
+use super::{FieldKernel, PointField};
+use crate::math::lanes::{Lanes, polynomial};
+use crate::shape::Shape;
+use pulp::Simd;
+
+/// Most terms a series may have; beyond, [`super::Near`] is faster.
+const MAX_TERMS: usize = 28;
+
+/// The body's part of the series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FarSeries {
+    deviation: [f64; 3],
+    e2: f64,
+    e3: f64,
+    mean: f64,
+    /// Coefficients of R_1 s^(3/2) in u.
+    first: [f64; MAX_TERMS],
+    /// Coefficients of (R_2 - R_1) s^(5/2).
+    second: [f64; MAX_TERMS],
+    /// Coefficients of (R_3 - R_1) s^(5/2).
+    third: [f64; MAX_TERMS],
+    /// Coefficients of (R_F s^(1/2) - 1) / u^2.
+    rf: [f64; MAX_TERMS],
+}
+
+impl FarSeries {
+    /// For a shape; a point and a sphere have a series of one term.
+    pub fn new(shape: &Shape) -> Self {
+        let [a, b, c] = match shape {
+            Shape::Ellipsoid(e) => e.sorted(),
+            Shape::Point => [0.0; 3],
+        };
+        // Differences of squares as products: exact for nearly equal axes.
+        let (ab, bc, ca) = ((a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a));
+        let d = [(ab - ca) / 3.0, (bc - ab) / 3.0, (ca - bc) / 3.0];
+        let e2 = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+        let e3 = d[0] * d[1] * d[2];
+
+        let h = inverse_root_series(e2, e3);
+        let geometric = |series: &[f64; MAX_TERMS], d: f64| {
+            let mut out = *series;
+            for n in 1..MAX_TERMS {
+                out[n] -= d * out[n - 1];
+            }
+            out
+        };
+        let k1 = geometric(&h, d[0]);
+        let (k12, k13) = (geometric(&k1, d[1]), geometric(&k1, d[2]));
+        let coefficient = |n: usize| 3.0 / (2 * n + 3) as f64;
+        Self {
+            deviation: d,
+            e2,
+            e3,
+            mean: (a * a + b * b + c * c) / 3.0,
+            first: std::array::from_fn(|n| k1[n] * coefficient(n)),
+            second: std::array::from_fn(|n| ab * k12[n] * coefficient(n + 1)),
+            third: std::array::from_fn(|n| -ca * k13[n] * coefficient(n + 1)),
+            rf: std::array::from_fn(|n| h.get(n + 2).map_or(0.0, |h| h / (2 * n + 5) as f64)),
+        }
+    }
+
+    /// The cut that meets a relative tolerance wherever kappa >= `kappa_min`, or `None` where that takes too many
+    /// terms.
+    pub fn cut_for(&self, kappa_min: f64, tolerance: f64) -> Option<FarCut> {
+        let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let ratio = deviation / (kappa_min.max(0.0) + self.mean);
+        if deviation == 0.0 {
+            return Some(FarCut::default());
+        }
+        // The coefficients of z^n are below (n + 1) max|d|^n, and 3/(2n + 3) takes the factor back.
+        let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
+        // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
+        let newton = match ratio {
+            r if r < 0.015 => 1,
+            r if r < 0.08 => 2,
+            r if r < 0.17 => 3,
+            _ => 4,
+        };
+        (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize + 1, newton })
+    }
+
+    /// The kernel of a cut.
+    #[inline]
+    pub fn cut(&self, cut: FarCut) -> Far<'_> {
+        Far { series: self, cut }
+    }
+}
+
+/// Coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2), from P h' = -P' h / 2.
+fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
+    let mut h = [0.0; MAX_TERMS];
+    h[0] = 1.0;
+    for n in 1..MAX_TERMS {
+        let m = n as f64;
+        let two = if n >= 2 { e2 * (m - 1.0) * h[n - 2] } else { 0.0 };
+        let three = if n >= 3 { e3 * (m - 1.5) * h[n - 3] } else { 0.0 };
+        h[n] = -(two + three) / m;
+    }
+    h
+}
+
+/// How much of a series a distance needs; the default is the monopole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FarCut {
+    terms: usize,
+    newton: u32,
+}
+
+impl Default for FarCut {
+    fn default() -> Self {
+        Self { terms: 1, newton: 0 }
+    }
+}
+
+/// [`FarSeries`] with a cut.
+#[derive(Debug, Clone, Copy)]
+pub struct Far<'a> {
+    series: &'a FarSeries,
+    cut: FarCut,
+}
+
+impl Far<'_> {
+    /// w - 1 with w = r^2 / (kappa + mean a^2), and 1/r^2.
+    #[inline(always)]
+    fn root<S: Simd>(&self, squares: [Lanes<S>; 3]) -> (Lanes<S>, Lanes<S>) {
+        let [xx, yy, zz] = squares;
+        let c = |value| xx.constant(value);
+        let inverse = c(1.0) / (xx + yy + zz);
+        if self.cut.newton == 0 {
+            return (c(0.0), inverse);
+        }
+        let series = self.series;
+        let [d1, d2, d3] = series.deviation;
+        let p = xx.mul_add(c(d1), yy.mul_add(c(d2), zz.mul_add(c(d3), c(series.e2)))) * inverse * inverse;
+        let q = xx.mul_add(c(-d2 * d3), yy.mul_add(c(-d3 * d1), zz.mul_add(c(-d1 * d2), c(series.e3))))
+            * inverse
+            * inverse
+            * inverse;
+        // Lagrange's series of the root, to fifth order in p ~ sqrt(q).
+        let pure = p.mul_add(p.mul_add(p.mul_add(p.mul_add(c(42.0), c(14.0)), c(5.0)), c(2.0)), c(1.0));
+        let mixed = p.mul_add(p.mul_add(p.mul_add(c(84.0), c(21.0)), c(5.0)), c(1.0));
+        let mut eta = p.mul_add(pure, q * q.mul_add(p.mul_add(c(28.0), c(3.0)), mixed));
+        for _ in 0..self.cut.newton {
+            let w = eta + c(1.0);
+            let slope = q.mul_add(w, p);
+            let f = eta - w * w * slope;
+            let derivative = c(1.0) - w * (slope + slope + q * w);
+            eta = eta - f / derivative;
+        }
+        (eta, inverse)
+    }
+}
+
+impl FieldKernel for Far<'_> {
+    #[inline(always)]
+    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+        let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
+        let u = (eta + eta.constant(1.0)) * inverse;
+        let cube = u * u.sqrt();
+        let series = self.series;
+        let first = cube * polynomial(&series.first[..self.cut.terms], u);
+        let fifth = cube * u;
+        let second = fifth * polynomial(&series.second[..self.cut.terms - 1], u);
+        let third = fifth * polynomial(&series.third[..self.cut.terms - 1], u);
+        PointField {
+            rd: [first, first + second, first + third],
+            rd_difference: [third - second, -third, second],
+        }
+    }
+
+    /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
+    #[inline(always)]
+    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+        let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
+        let (eta, inverse) = self.root(squares);
+        let c = |value| eta.constant(value);
+        let w = eta + c(1.0);
+        let v = w.sqrt();
+        let u = w * inverse;
+        let series = self.series;
+        let first = u * polynomial(&series.first[1..self.cut.terms], u);
+        let second = u * polynomial(&series.second[..self.cut.terms - 1], u);
+        let third = u * polynomial(&series.third[..self.cut.terms - 1], u);
+        let rf = u * u * polynomial(&series.rf[..self.cut.terms - 1], u);
+        let beyond = [first, first + second, first + third];
+        let weighted =
+            squares[0].mul_add(beyond[0], squares[1].mul_add(beyond[1], squares[2] * beyond[2])) * inverse;
+        // v - 1 = eta / (v + 1)
+        let v_minus_one = eta / (v + c(1.0));
+        let excess = c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0))
+            + c(1.5) * v * rf
+            + c(-0.5) * v * w * weighted;
+        let cube = u * u.sqrt();
+        let rd = beyond.map(|b| cube.mul_add(b, cube));
+        (excess * inverse.sqrt(), rd)
+    }
+}

@@ -1,0 +1,43 @@
+//! The exterior potential and field of one homogeneous ellipsoid, exact, at many points at a time.
+//!
+//! Takes points in the body's canonical frame (a >= b >= c) and gives, per unit GM, the potential Phi (positive) and
+//! the field g = grad Phi. With kappa the largest root of sum x_i^2/(a_i^2 + kappa) = 1 (the paper's `eq:kappa_eq`),
+//! s_i = a_i^2 + kappa and R_i = R_D(s_j, s_k; s_i),
+//!
+//! Phi = 1/2 sum_i (s_i - x_i^2) R_i,    g_i = -x_i R_i,
+//!
+//! which are the numbers of MacMillan's formulas (the paper's `eq:Potential_elliptic`, `eq:Oblate_spheroid` and its
+//! appendix) without their 0/0 when axes are equal; 3 R_F = sum_i s_i R_i has been used, so that Phi is a sum of
+//! terms that are all positive.
+//!
+//! Two ways to the same numbers: [`Far`], a power series in 1/(kappa + mean a^2) whose coefficients belong to the body,
+//! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
+
+mod exterior;
+mod far;
+mod near;
+
+pub use exterior::ExteriorField;
+pub use far::{Far, FarCut, FarSeries};
+pub use near::{Near, kappa};
+
+use crate::math::lanes::Lanes;
+use pulp::Simd;
+
+/// What one point of the field gives.
+#[derive(Clone, Copy)]
+pub struct PointField<S: Simd> {
+    /// R_D(s_j, s_k; s_i) for i = 1, 2, 3: the field is g_i = -x_i R_i.
+    pub rd: [Lanes<S>; 3],
+    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
+    pub rd_difference: [Lanes<S>; 3],
+}
+
+/// Potential and field of a body of unit GM at as many points as the machine has lanes.
+pub trait FieldKernel: Copy {
+    /// The field at points of the canonical frame.
+    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S>;
+
+    /// Phi - 1/r, and R_i as in [`PointField::rd`].
+    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]);
+}

@@ -1,0 +1,78 @@
+//! The field at any distance, down to the surface: Newton's iteration for kappa and Carlson's duplication.
+//!
+//! kappa solves h(kappa) = 1/s(kappa) - 1 = 0 with s = sum x_i^2/(a_i^2 + kappa). 1/s is r^-2 times a weighted
+//! harmonic mean of the (a_i^2 + kappa), hence increasing and concave in kappa; and since a harmonic mean never exceeds
+//! the arithmetic one, kappa_0 = max(0, r^2 - sum a_i^2 x_i^2/r^2) lies at or below the root of an outer point. From
+//! there Newton's iterates rise monotonically to the root: no bracket can be left and no safeguard is needed.
+
+use super::{FieldKernel, PointField};
+use crate::math::carlson::{duplications_needed, rd_triple};
+use crate::math::lanes::Lanes;
+use crate::shape::Ellipsoid;
+use pulp::Simd;
+
+/// Largest number of Newton steps; the slowest points seen take 9.
+const MAX_NEWTON: usize = 40;
+
+/// Carlson's forms for one ellipsoid.
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    squares: [f64; 3],
+    duplications: u32,
+}
+
+impl Near {
+    /// The kernel that is exact wherever kappa >= `kappa_min` >= 0.
+    pub fn new(ellipsoid: &Ellipsoid, kappa_min: f64) -> Self {
+        let squares = ellipsoid.sorted().map(|a| a * a);
+        Self { squares, duplications: duplications_needed(squares.map(|s| s + kappa_min.max(0.0))) }
+    }
+
+    #[inline(always)]
+    fn rd<S: Simd>(&self, x2: [Lanes<S>; 3]) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
+        let kappa = kappa(x2, self.squares);
+        let s = self.squares.map(|a2| kappa + kappa.constant(a2));
+        (s, rd_triple(s, self.duplications))
+    }
+}
+
+/// The largest root of sum x_i^2/(a_i^2 + kappa) = 1, not below zero; `x2` and `a2` are squares.
+#[inline(always)]
+pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
+    let c = |value| x2[0].constant(value);
+    let r2 = x2[0] + x2[1] + x2[2];
+    let moment = x2[0].mul_add(c(a2[0]), x2[1].mul_add(c(a2[1]), x2[2] * c(a2[2])));
+    let mut kappa = (r2 - moment / r2).max(c(0.0));
+    for _ in 0..MAX_NEWTON {
+        // s and -s' over the common denominator of their terms.
+        let inverse = a2.map(|a2| c(1.0) / (kappa + c(a2)));
+        let term = [x2[0] * inverse[0], x2[1] * inverse[1], x2[2] * inverse[2]];
+        let s = term[0] + term[1] + term[2];
+        let slope = term[0].mul_add(inverse[0], term[1].mul_add(inverse[1], term[2] * inverse[2]));
+        // Newton on 1/s: (1 - 1/s) / (1/s)' = s (s - 1) / slope.
+        let step = s * (s - c(1.0)) / slope;
+        kappa = (kappa + step).max(c(0.0));
+        // The last correction leaves an error of its own square.
+        if (step.abs() - c(1e-9) * (kappa + c(a2[2]))).reduce_max() <= 0.0 {
+            break;
+        }
+    }
+    kappa
+}
+
+impl FieldKernel for Near {
+    #[inline(always)]
+    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+        let (_, rd) = self.rd([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
+        PointField { rd, rd_difference: [rd[2] - rd[1], rd[0] - rd[2], rd[1] - rd[0]] }
+    }
+
+    #[inline(always)]
+    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+        let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
+        let (s, rd) = self.rd(x2);
+        let twice = (s[0] - x2[0]).mul_add(rd[0], (s[1] - x2[1]).mul_add(rd[1], (s[2] - x2[2]) * rd[2]));
+        let r2 = x2[0] + x2[1] + x2[2];
+        (twice * r2.constant(0.5) - r2.constant(1.0) / r2.sqrt(), rd)
+    }
+}

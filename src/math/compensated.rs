@@ -1,0 +1,64 @@
+//! Sums that keep what a double drops: error-free addition and a running sum with a low part.
+//!
+//! Knuth's two-sum and Dekker's fast two-sum; see Ogita, Rump & Oishi (2005), SIAM J. Sci. Comput. 26, 1955.
+
+/// The sum of two numbers and its rounding error, exactly.
+#[inline(always)]
+pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_virtual = sum - a;
+    (sum, (a - (sum - b_virtual)) + (b - b_virtual))
+}
+
+/// The product of two numbers and its rounding error, exactly.
+#[inline(always)]
+pub fn two_product(a: f64, b: f64) -> (f64, f64) {
+    let product = a * b;
+    (product, a.mul_add(b, -product))
+}
+
+/// A number carried as the unevaluated sum of a high and a low part.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Compensated {
+    /// The rounded value.
+    pub high: f64,
+    /// What rounding dropped.
+    pub low: f64,
+}
+
+impl Compensated {
+    /// An exact starting value.
+    pub fn new(value: f64) -> Self {
+        Self { high: value, low: 0.0 }
+    }
+
+    /// The difference of two numbers without rounding.
+    pub fn difference(a: f64, b: f64) -> Self {
+        let (high, low) = two_sum(a, -b);
+        Self { high, low }
+    }
+
+    /// Adds an increment.
+    #[inline(always)]
+    pub fn add(&mut self, increment: f64) {
+        let (high, low) = two_sum(self.high, increment);
+        // Renormalise, so that the high part is always the nearest double.
+        let (high, low) = two_sum(high, low + self.low);
+        self.high = high;
+        self.low = low;
+    }
+
+    /// The nearest double.
+    pub fn value(self) -> f64 {
+        self.high + self.low
+    }
+}
+
+/// Sum of an iterator, as if in twice the working precision.
+pub fn sum(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut total = Compensated::default();
+    for value in values {
+        total.add(value);
+    }
+    total.value()
+}

@@ -1,0 +1,13 @@
+//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, lanes (SIMD).
+//!
+//! Takes and gives plain numbers and `nalgebra` vectors.
+
+pub mod carlson;
+pub mod compensated;
+pub mod lanes;
+pub mod rotation;
+
+/// A vector of three doubles.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 3 x 3 matrix of doubles.
+pub type Mat3 = nalgebra::Matrix3<f64>;

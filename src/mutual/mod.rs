@@ -1,0 +1,60 @@
+//! Force, torques and energy of a pair of bodies.
+//!
+//! Takes the relative pose of two bodies and gives an [`Interaction`] per unit G m_first m_second. Methods: the paper's
+//! surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and points. One quadrature a pair: the force
+//! on the second body is minus that on the first, and both torques come from the same nodes, so that
+//! M_first + M_second + r x F_second = 0 holds to round-off.
+
+mod focal;
+mod method;
+mod multipole;
+mod pair;
+mod surface;
+
+pub use method::Method;
+pub use multipole::Multipole;
+pub use pair::{BodyGravity, Pair, Rule};
+
+use crate::math::{Mat3, Vec3};
+
+/// Where two bodies are and how they are turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// From the first centre to the second, inertial.
+    pub separation: Vec3,
+    /// Rotation matrix of the first body: body frame to inertial.
+    pub rotation_first: Mat3,
+    /// Rotation matrix of the second body.
+    pub rotation_second: Mat3,
+}
+
+/// Force and torques of a pair, per unit G m_first m_second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interaction {
+    /// Force on the first body, inertial; the second feels the opposite.
+    pub force_on_first: Vec3,
+    /// Torque on the first body about its centre, in its body frame.
+    pub torque_first: Vec3,
+    /// Torque on the second body about its centre, in its body frame.
+    pub torque_second: Vec3,
+}
+
+/// One body as the integrand's field and the other as the integration set, in the field body's canonical frame.
+#[derive(Debug, Clone, Copy)]
+struct Roles {
+    /// From the field body's centre to the other's.
+    origin: Vec3,
+    /// Turns the other's canonical frame into the field body's.
+    turn: Mat3,
+}
+
+/// What a quadrature yields, in the field body's canonical frame, per unit G m m.
+#[derive(Debug, Clone, Copy)]
+struct Balance {
+    /// Force on the body that is integrated over.
+    force: Vec3,
+    /// Torque on it about its own centre.
+    torque: Vec3,
+    /// Torque on the field body about its own centre.
+    torque_field: Vec3,
+}

@@ -1,0 +1,232 @@
+//! The mutual expansion to a total degree N, with the moments of homogeneous ellipsoids in closed form.
+//!
+//! The mean of exp(y . k) over an ellipsoid with spread matrix S = R diag(a^2) R^T is sum_n alpha_n (k^T S k)^n with
+//! alpha_n = 3 / ((2n+1)! (2n+3)). The mean of 1/|r + y_B - y_A| over both bodies is therefore
+//!
+//!   U = sum_{n,m} alpha_n alpha_m (grad^T S_A grad)^n (grad^T S_B grad)^m 1/r,
+//!
+//! cut at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient and the torque on A comes from
+//! d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay & Krasny (2001),
+//! J. Comput. Phys. 172, 879. The practice of the field stops at N = 2 or 4.
+
+use super::{Interaction, Method, Pose};
+use crate::math::{Mat3, Vec3};
+use crate::shape::Shape;
+
+const HALF: usize = Method::MAX_DEGREE / 2;
+/// Monomials of degree `MAX_DEGREE`.
+const MONOMIALS: usize = count(Method::MAX_DEGREE);
+/// Monomials of all degrees up to `MAX_DEGREE + 1`.
+const DERIVATIVES: usize = offset(Method::MAX_DEGREE + 2);
+
+/// A homogeneous polynomial in k of a degree known from the context.
+type Polynomial = [f64; MONOMIALS];
+
+/// The expansion of one pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Multipole {
+    half: usize,
+    squares: [Vec3; 2],
+}
+
+impl Multipole {
+    /// To total degree `degree`, even and at most [`Method::MAX_DEGREE`].
+    pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
+        let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
+        Self { half: (degree / 2).min(HALF), squares: [squares(first), squares(second)] }
+    }
+
+    /// Force and torques.
+    pub fn interaction(&self, pose: &Pose) -> Interaction {
+        let (spreads, scale) = self.scaled_spreads(pose);
+        let terms = Terms::new(&spreads, self.half);
+        let derivatives = Derivatives::new(&(pose.separation / scale), 2 * self.half + 1);
+        let mut gradient = Vec3::zeros();
+        for s in 0..=self.half {
+            gradient += derivatives.gradient(&terms.potential[s], 2 * s);
+        }
+        let mut torques = [Vec3::zeros(); 2];
+        for (body, torque) in torques.iter_mut().enumerate() {
+            let forms = turning_forms(&spreads[body]);
+            for s in 1..=self.half {
+                for i in 0..3 {
+                    let turned = times_quadratic(&terms.variation[body][s], 2 * s - 2, &forms[i]);
+                    torque[i] += derivatives.contract(&turned, 2 * s);
+                }
+            }
+        }
+        Interaction {
+            force_on_first: -gradient / (scale * scale),
+            torque_first: pose.rotation_first.transpose() * torques[0] / scale,
+            torque_second: pose.rotation_second.transpose() * torques[1] / scale,
+        }
+    }
+
+    /// The mutual potential U (positive) per unit G m m.
+    pub fn mutual_potential(&self, pose: &Pose) -> f64 {
+        let (spreads, scale) = self.scaled_spreads(pose);
+        let terms = Terms::new(&spreads, self.half);
+        let derivatives = Derivatives::new(&(pose.separation / scale), 2 * self.half);
+        (0..=self.half).rev().map(|s| derivatives.contract(&terms.potential[s], 2 * s)).sum::<f64>() / scale
+    }
+
+    /// The spread matrices in units of the separation, so that no power over- or underflows.
+    fn scaled_spreads(&self, pose: &Pose) -> ([Mat3; 2], f64) {
+        let scale = pose.separation.norm();
+        let spread = |r: &Mat3, squares: &Vec3| r * Mat3::from_diagonal(&(squares / (scale * scale))) * r.transpose();
+        ([spread(&pose.rotation_first, &self.squares[0]), spread(&pose.rotation_second, &self.squares[1])], scale)
+    }
+}
+
+/// For each half-degree s: sum_n alpha_n alpha_{s-n} A^n B^{s-n}, and its variations with A and with B.
+struct Terms {
+    potential: [Polynomial; HALF + 1],
+    variation: [[Polynomial; HALF + 1]; 2],
+}
+
+impl Terms {
+    fn new(spreads: &[Mat3; 2], half: usize) -> Self {
+        let forms = spreads.map(|s| quadratic_form(&s));
+        let mut terms = Self {
+            potential: [[0.0; MONOMIALS]; HALF + 1],
+            variation: [[[0.0; MONOMIALS]; HALF + 1]; 2],
+        };
+        // Products A^n B^m, row by row; each one enters the potential and both variations.
+        let mut power_of_a = [0.0; MONOMIALS];
+        power_of_a[0] = 1.0;
+        for n in 0..=half {
+            let mut product = power_of_a;
+            for m in 0..=(half - n) {
+                let s = n + m;
+                let degree = 2 * s;
+                add(&mut terms.potential[s], &product, degree, alpha(n) * alpha(m));
+                if s < half {
+                    let (a, b) = (alpha(n + 1) * alpha(m), alpha(n) * alpha(m + 1));
+                    add(&mut terms.variation[0][s + 1], &product, degree, (n + 1) as f64 * a);
+                    add(&mut terms.variation[1][s + 1], &product, degree, (m + 1) as f64 * b);
+                    product = times_quadratic(&product, degree, &forms[1]);
+                }
+            }
+            if n < half {
+                power_of_a = times_quadratic(&power_of_a, 2 * n, &forms[0]);
+            }
+        }
+        terms
+    }
+}
+
+/// Moment coefficient alpha_n = 3 / ((2n+1)! (2n+3)).
+fn alpha(n: usize) -> f64 {
+    3.0 / ((1..=2 * n + 1).map(|k| k as f64).product::<f64>() * (2 * n + 3) as f64)
+}
+
+fn add(sum: &mut Polynomial, term: &Polynomial, degree: usize, factor: f64) {
+    for (s, t) in sum.iter_mut().zip(term).take(count(degree)) {
+        *s += factor * t;
+    }
+}
+
+/// k^T S k in the order of [`exponents`].
+fn quadratic_form(s: &Mat3) -> [f64; 6] {
+    [s[(0, 0)], 2.0 * s[(0, 1)], 2.0 * s[(0, 2)], s[(1, 1)], 2.0 * s[(1, 2)], s[(2, 2)]]
+}
+
+/// The three quadratic forms 2 (S k x k).
+fn turning_forms(s: &Mat3) -> [[f64; 6]; 3] {
+    [0, 1, 2].map(|i| {
+        let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+        let mut form = Mat3::zeros();
+        for column in 0..3 {
+            form[(column, l)] += s[(j, column)];
+            form[(column, j)] -= s[(l, column)];
+        }
+        quadratic_form(&(form + form.transpose()))
+    })
+}
+
+fn times_quadratic(p: &Polynomial, degree: usize, form: &[f64; 6]) -> Polynomial {
+    let mut out = [0.0; MONOMIALS];
+    for (c, (i, j)) in p.iter().zip(exponents(degree)) {
+        for (q, (di, dj)) in form.iter().zip(exponents(2)) {
+            out[position(degree + 2, i + di, j + dj)] += c * q;
+        }
+    }
+    out
+}
+
+/// All partial derivatives of 1/r at a point, up to a degree.
+struct Derivatives {
+    values: [f64; DERIVATIVES],
+}
+
+impl Derivatives {
+    fn new(x: &Vec3, degree: usize) -> Self {
+        let mut values = [0.0; DERIVATIVES];
+        let r2 = x.norm_squared();
+        values[0] = 1.0 / r2.sqrt();
+        for d in 1..=degree {
+            let n = d as f64;
+            for (i, j) in exponents(d) {
+                let e = [i, j, d - i - j];
+                let (mut one, mut two) = (0.0, 0.0);
+                for axis in 0..3 {
+                    let k = e[axis] as f64;
+                    if e[axis] >= 1 {
+                        one += k * x[axis] * values[index(lowered(e, axis, 1))];
+                    }
+                    if e[axis] >= 2 {
+                        two += k * (k - 1.0) * values[index(lowered(e, axis, 2))];
+                    }
+                }
+                values[index(e)] = -((2.0 * n - 1.0) * one + (n - 1.0) * two) / (n * r2);
+            }
+        }
+        Self { values }
+    }
+
+    fn contract(&self, p: &Polynomial, degree: usize) -> f64 {
+        let start = offset(degree);
+        p.iter().zip(&self.values[start..start + count(degree)]).map(|(c, t)| c * t).sum()
+    }
+
+    fn gradient(&self, p: &Polynomial, degree: usize) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for (c, (i, j)) in p.iter().zip(exponents(degree)) {
+            let l = degree - i - j;
+            sum.x += c * self.values[index([i + 1, j, l])];
+            sum.y += c * self.values[index([i, j + 1, l])];
+            sum.z += c * self.values[index([i, j, l + 1])];
+        }
+        sum
+    }
+}
+
+const fn count(degree: usize) -> usize {
+    (degree + 1) * (degree + 2) / 2
+}
+
+/// Monomials of all lower degrees.
+const fn offset(degree: usize) -> usize {
+    degree * (degree + 1) * (degree + 2) / 6
+}
+
+/// Place of x^i y^j z^(degree-i-j) among the monomials of its degree.
+const fn position(degree: usize, i: usize, j: usize) -> usize {
+    let rest = degree - i;
+    rest * (rest + 1) / 2 + (rest - j)
+}
+
+fn index(e: [usize; 3]) -> usize {
+    let degree = e[0] + e[1] + e[2];
+    offset(degree) + position(degree, e[0], e[1])
+}
+
+fn lowered(mut e: [usize; 3], axis: usize, by: usize) -> [usize; 3] {
+    e[axis] -= by;
+    e
+}
+
+/// Exponents (i, j) of the monomials of a degree, in the order of [`position`].
+fn exponents(degree: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..=degree).flat_map(move |rest| (0..=rest).map(move |l| (degree - rest, rest - l)))
+}

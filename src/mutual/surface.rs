@@ -1,0 +1,161 @@
+//! The paper's surface integrals: force (Eq. 2), torque (Eq. 3) and mutual potential (Eq. 4).
+//!
+//! On the surface y = (a u, b v, c w) over the unit sphere, n dS = a b c (u/a, v/b, w/c) dOmega and the density of unit
+//! mass is 3 / (4 pi a b c), so that with <.> the mean over the sphere
+//!
+//!   F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
+//!
+//! A constant part of Phi contributes nothing to force and torque but round-off. It is left out: Phi less its monopole
+//! at the centre, taken apart as (1/|x| - 1/|x_0|) + K, K = Phi - 1/|x|, without cancellation, x_0 the centre.
+//! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, again without
+//! cancellation; with the rest it still makes up M_A + M_B + r x F_B = 0.
+
+use super::{Balance, Roles};
+use crate::gravity::FieldKernel;
+use crate::math::Vec3;
+use crate::math::lanes::Lanes;
+use crate::quadrature::Nodes;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Force and torques; `semi_axes` are those of the body that is integrated over.
+pub(super) fn force_and_torque(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    semi_axes: [f64; 3],
+    roles: &Roles,
+) -> Balance {
+    let [monopole, excess] = arch.dispatch(MomentSum { kernel, nodes, semi_axes, roles });
+    let [a, b, c] = semi_axes;
+    let ratio = |x: f64, y: f64| (x - y) * (x + y) / (x * y);
+    let lever = Vec3::new(ratio(b, c), ratio(c, a), ratio(a, b));
+    let force = |m: &Moments| roles.turn * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
+    let torque = |m: &Moments| roles.turn * (3.0 * lever.component_mul(&m.second));
+    let (force_excess, torque_excess) = (force(&excess), torque(&excess));
+    Balance {
+        force: force(&monopole) + force_excess,
+        torque: torque(&monopole) + torque_excess,
+        torque_field: -(torque_excess + roles.origin.cross(&force_excess)),
+    }
+}
+
+/// The paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
+pub(super) fn mutual_potential(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    semi_axes: [f64; 3],
+    roles: &Roles,
+) -> f64 {
+    arch.dispatch(EnergySum { kernel, nodes, semi_axes, roles })
+}
+
+/// A point of the surface: in its own canonical frame, and from the field body's centre in that one's.
+#[inline(always)]
+fn surface_point<S: Simd>(
+    unit: [Lanes<S>; 3],
+    semi_axes: [f64; 3],
+    roles: &Roles,
+) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
+    let c = |value| unit[0].constant(value);
+    let y = [unit[0] * c(semi_axes[0]), unit[1] * c(semi_axes[1]), unit[2] * c(semi_axes[2])];
+    let turn = &roles.turn;
+    let x = [0, 1, 2].map(|i| {
+        y[0].mul_add(c(turn[(i, 0)]), y[1].mul_add(c(turn[(i, 1)]), y[2].mul_add(c(turn[(i, 2)]), c(roles.origin[i]))))
+    });
+    (y, x)
+}
+
+struct MomentSum<'a, K> {
+    kernel: K,
+    nodes: &'a Nodes,
+    semi_axes: [f64; 3],
+    roles: &'a Roles,
+}
+
+/// The means <f u_i> and <f u_j u_k> of a part f of the potential.
+struct Moments {
+    first: Vec3,
+    second: Vec3,
+}
+
+impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
+    /// Of the monopole and of the rest.
+    type Output = [Moments; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [Moments; 2] {
+        let [u, v, w] = &self.nodes.points;
+        let ((u, _), (v, _), (w, _)) = (S::as_simd_f64s(u), S::as_simd_f64s(v), S::as_simd_f64s(w));
+        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
+        let splat = |v| Lanes::splat(simd, v);
+        let origin = self.roles.origin;
+        let centre = splat(origin.norm());
+        let twice_origin = (self.roles.turn.transpose() * origin * 2.0).map(|v| v);
+        let (mut first, mut second) = ([[splat(0.0); 3]; 2], [[splat(0.0); 3]; 2]);
+        for (((&u, &v), &w), &weight) in u.iter().zip(v).zip(w).zip(weights) {
+            let unit = [Lanes::new(simd, u), Lanes::new(simd, v), Lanes::new(simd, w)];
+            let (y, x) = surface_point(unit, self.semi_axes, self.roles);
+            let (excess, _) = self.kernel.excess_potential(x);
+            // |x|^2 - |x_0|^2 = y . (y + 2 x_0), then 1/|x| - 1/|x_0| without cancellation.
+            let mut gain = splat(0.0);
+            for i in 0..3 {
+                gain = y[i].mul_add(y[i] + splat(twice_origin[i]), gain);
+            }
+            let distance = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2])).sqrt();
+            let monopole = -gain / (distance * centre * (distance + centre));
+            let weight = Lanes::new(simd, weight);
+            let parts = [weight * monopole, weight * excess];
+            for i in 0..3 {
+                let product = unit[(i + 1) % 3] * unit[(i + 2) % 3];
+                for (part, f) in parts.into_iter().enumerate() {
+                    first[part][i] = f.mul_add(unit[i], first[part][i]);
+                    second[part][i] = f.mul_add(product, second[part][i]);
+                }
+            }
+        }
+        let total = |v: [Lanes<S>; 3]| Vec3::new(v[0].reduce_sum(), v[1].reduce_sum(), v[2].reduce_sum());
+        [0, 1].map(|part| Moments { first: total(first[part]), second: total(second[part]) })
+    }
+}
+
+struct EnergySum<'a, K> {
+    kernel: K,
+    nodes: &'a Nodes,
+    semi_axes: [f64; 3],
+    roles: &'a Roles,
+}
+
+impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let [u, v, w] = &self.nodes.points;
+        let ((u, _), (v, _), (w, _)) = (S::as_simd_f64s(u), S::as_simd_f64s(v), S::as_simd_f64s(w));
+        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
+        let splat = |v| Lanes::splat(simd, v);
+        let turn = &self.roles.turn;
+        let mut sum = splat(0.0);
+        for (((&u, &v), &w), &weight) in u.iter().zip(v).zip(w).zip(weights) {
+            let unit = [Lanes::new(simd, u), Lanes::new(simd, v), Lanes::new(simd, w)];
+            let (y, x) = surface_point(unit, self.semi_axes, self.roles);
+            let (excess, rd) = self.kernel.excess_potential(x);
+            let distance = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2])).sqrt();
+            let phi = splat(1.0) / distance + excess;
+            // n . g with n = u_i / a_i in the surface's frame, turned into the field's; g_i = -x_i R_i.
+            let normal = [0, 1, 2].map(|i| unit[i] * splat(1.0 / self.semi_axes[i]));
+            let mut flux = splat(0.0);
+            for i in 0..3 {
+                let n = normal[0].mul_add(
+                    splat(turn[(i, 0)]),
+                    normal[1].mul_add(splat(turn[(i, 1)]), normal[2] * splat(turn[(i, 2)])),
+                );
+                flux = (n * x[i]).mul_add(-rd[i], flux);
+            }
+            let y2 = y[0].mul_add(y[0], y[1].mul_add(y[1], y[2] * y[2]));
+            sum = Lanes::new(simd, weight).mul_add(phi - splat(0.5) * y2 * flux, sum);
+        }
+        sum.reduce_sum()
+    }
+}

@@ -1,0 +1,11 @@
+//! Rules that carry a body's attraction by a finite set of points, and how many points a tolerance takes.
+//!
+//! Takes the order (n, m) of a rule; gives nodes and weights on the unit sphere or disc, independent of body and state.
+//! Surface rule: the surface elements n dS and n x r dS of the paper's `eq:Force_element` and `eq:Torq_element`.
+//! Focal rule: Maclaurin's theorem on confocal ellipsoids in the limit of the flattest one.
+
+mod convergence;
+mod nodes;
+
+pub use convergence::{Order, closest_confocal, degree_for, focal_vectors, rate_focal, rate_surface};
+pub use nodes::Nodes;

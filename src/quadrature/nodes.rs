@@ -1,0 +1,91 @@
+//! Nodes and weights.
+
+use super::Order;
+use crate::math::lanes::MAX_LANES;
+use gauss_quad::GaussLegendre;
+use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
+
+/// Points with weights that add up to one, stored by component and padded with weightless points to whole vectors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nodes {
+    /// Coordinates; the focal rule has no third.
+    pub points: [Vec<f64>; 3],
+    /// Weights.
+    pub weights: Vec<f64>,
+    count: usize,
+}
+
+impl Nodes {
+    /// Means over the unit sphere: Gauss-Legendre in z = cos(theta), the trapezoid rule in alpha.
+    ///
+    /// The surface point of the paper's `eq:Rotated_local_point` is (a x, b y, c z), and the surface elements are
+    /// n dS = (b c x, c a y, a b z) dOmega, that is `eq:Force_element` with z in units of c.
+    pub fn sphere(order: Order) -> Self {
+        let mut nodes = Self::empty();
+        let rule = GaussLegendre::new(nonzero(order.gauss));
+        for (&z, &weight) in rule.nodes().zip(rule.weights()) {
+            nodes.ring(((1.0 - z) * (1.0 + z)).sqrt(), z, 0.5 * weight, order.angles);
+        }
+        nodes.padded()
+    }
+
+    /// Means over the unit disc with density proportional to t = sqrt(1 - x^2 - y^2).
+    ///
+    /// With x = sqrt(1 - t^2) cos(alpha) the mean is int 3 t^2 dt over [0, 1] of the mean over alpha, which is even
+    /// in t. The Gauss rule of n points for the weight t^2 on [-1, 1] is that of Legendre with 2 n + 1 points less the one
+    /// at zero, each weight times t^2: P_{2n+1}(t)/t is orthogonal to all lower powers under t^2.
+    pub fn focal(order: Order) -> Self {
+        let mut nodes = Self::empty();
+        let rule = GaussLegendre::new(nonzero(2 * order.gauss + 1));
+        for (&t, &weight) in rule.nodes().zip(rule.weights()) {
+            if t > 1e-9 {
+                nodes.ring(((1.0 - t) * (1.0 + t)).sqrt(), 0.0, 3.0 * t * t * weight, order.angles);
+            }
+        }
+        nodes.padded()
+    }
+
+    /// The single point of a body whose focal ellipse has shrunk to its centre: a sphere or a point mass.
+    pub fn centre() -> Self {
+        let mut nodes = Self::empty();
+        nodes.ring(0.0, 0.0, 1.0, 1);
+        nodes.padded()
+    }
+
+    /// Number of points that carry weight.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is no point; never true of a rule made here.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    fn empty() -> Self {
+        Self { points: Default::default(), weights: Vec::new(), count: 0 }
+    }
+
+    fn ring(&mut self, radius: f64, z: f64, weight: f64, angles: usize) {
+        for k in 0..angles {
+            let (sin, cos) = (TAU * (k as f64 + 0.5) / angles as f64).sin_cos();
+            self.points[0].push(radius * cos);
+            self.points[1].push(radius * sin);
+            self.points[2].push(z);
+            self.weights.push(weight / angles as f64);
+        }
+    }
+
+    fn padded(mut self) -> Self {
+        self.count = self.weights.len();
+        let length = self.count.next_multiple_of(MAX_LANES);
+        self.points.iter_mut().for_each(|p| p.resize(length, 0.0));
+        self.weights.resize(length, 0.0);
+        self
+    }
+}
+
+fn nonzero(n: usize) -> NonZeroUsize {
+    NonZeroUsize::new(n.max(1)).unwrap_or(NonZeroUsize::MIN)
+}

@@ -1,0 +1,68 @@
+//! The homogeneous ellipsoid: semi-axes, volume, inertia, and its canonical frame.
+
+use crate::error::{Result, require_positive};
+use crate::math::{Mat3, Vec3};
+use std::f64::consts::PI;
+
+/// A homogeneous ellipsoid with semi-axes (a, b, c) along the body frame's x, y, z.
+///
+/// The gravity is written for a >= b >= c; [`Ellipsoid::canonical`] is the rotation into that frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ellipsoid {
+    semi_axes: [f64; 3],
+    sorted: [f64; 3],
+    canonical: Mat3,
+}
+
+impl Ellipsoid {
+    /// From semi-axes in any order.
+    pub fn new(semi_axes: [f64; 3]) -> Result<Self> {
+        for (axis, label) in semi_axes.iter().zip(["a", "b", "c"]) {
+            require_positive(&format!("semi-axis {label}"), *axis)?;
+        }
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| semi_axes[j].total_cmp(&semi_axes[i]));
+        let mut canonical = Mat3::zeros();
+        for (row, &column) in order.iter().enumerate() {
+            canonical[(row, column)] = 1.0;
+        }
+        // A rotation, not a reflection: the ellipsoid does not mind a turned-round axis.
+        let sign = canonical.determinant();
+        canonical.row_mut(2).scale_mut(sign);
+        Ok(Self { semi_axes, sorted: order.map(|i| semi_axes[i]), canonical })
+    }
+
+    /// Semi-axes along the body frame's x, y, z.
+    pub fn semi_axes(&self) -> [f64; 3] {
+        self.semi_axes
+    }
+
+    /// Semi-axes from the largest to the smallest.
+    pub fn sorted(&self) -> [f64; 3] {
+        self.sorted
+    }
+
+    /// Rotation matrix from the body frame into the frame in which the axes are sorted.
+    pub fn canonical(&self) -> Mat3 {
+        self.canonical
+    }
+
+    /// Volume, 4 pi a b c / 3.
+    pub fn volume(&self) -> f64 {
+        let [a, b, c] = self.semi_axes;
+        4.0 * PI / 3.0 * a * b * c
+    }
+
+    /// Principal moments of inertia of unit mass: (b^2 + c^2, c^2 + a^2, a^2 + b^2) / 5.
+    pub fn inertia_per_mass(&self) -> Vec3 {
+        let [a, b, c] = self.semi_axes;
+        Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0
+    }
+
+    /// Semi-axes (p, q), p >= q, of the focal ellipse x^2/p^2 + y^2/q^2 <= 1 in the canonical frame:
+    /// p^2 = a^2 - c^2, q^2 = b^2 - c^2.
+    pub fn focal_axes(&self) -> [f64; 2] {
+        let [a, b, c] = self.sorted;
+        [((a - c) * (a + c)).sqrt(), ((b - c) * (b + c)).sqrt()]
+    }
+}

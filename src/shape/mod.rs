@@ -1,0 +1,93 @@
+//! Bodies: a shape with a mass. Ellipsoids of any axes (sphere, oblate, prolate, triaxial) and point masses.
+//!
+//! Takes semi-axes along the body frame's x, y, z and a mass or density; gives volume, inertia, the focal
+//! ellipse and the overlap test. Inertia: the paper's section "Surface integration".
+
+mod contact;
+mod ellipsoid;
+
+pub use contact::{contact_function, overlap};
+pub use ellipsoid::Ellipsoid;
+
+use crate::error::{Error, Result, require_positive};
+use crate::math::Vec3;
+
+/// What a body looks like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A homogeneous ellipsoid.
+    Ellipsoid(Ellipsoid),
+    /// A body without extent; it has no spin dynamics.
+    Point,
+}
+
+/// A shape with a mass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// The name that errors and tables use.
+    pub name: String,
+    /// The shape.
+    pub shape: Shape,
+    /// Mass in the system's units.
+    pub mass: f64,
+}
+
+impl Body {
+    /// A body of given mass.
+    pub fn with_mass(name: impl Into<String>, shape: Shape, mass: f64) -> Result<Self> {
+        let name = name.into();
+        require_positive(&format!("mass of {name}"), mass)?;
+        Ok(Self { name, shape, mass })
+    }
+
+    /// A body of given density; a point has none.
+    pub fn with_density(name: impl Into<String>, shape: Shape, density: f64) -> Result<Self> {
+        let name = name.into();
+        require_positive(&format!("density of {name}"), density)?;
+        match shape {
+            Shape::Ellipsoid(e) => Self::with_mass(name, shape, density * e.volume()),
+            Shape::Point => Err(Error::invalid(
+                format!("density of {name}"),
+                density,
+                "a mass: a point has no volume",
+            )),
+        }
+    }
+
+    /// Principal moments of inertia (I11, I22, I33); zero for a point.
+    pub fn inertia(&self) -> Vec3 {
+        match self.shape {
+            Shape::Ellipsoid(e) => e.inertia_per_mass() * self.mass,
+            Shape::Point => Vec3::zeros(),
+        }
+    }
+}
+
+impl Shape {
+    /// An ellipsoid; semi-axes along x, y, z in any order, equal ones welcome.
+    pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Self> {
+        Ok(Self::Ellipsoid(Ellipsoid::new(semi_axes)?))
+    }
+
+    /// A sphere.
+    pub fn sphere(radius: f64) -> Result<Self> {
+        require_positive("radius", radius)?;
+        Self::ellipsoid([radius; 3])
+    }
+
+    /// Largest distance of a surface point from the centre; zero for a point.
+    pub fn circumradius(&self) -> f64 {
+        match self {
+            Self::Ellipsoid(e) => e.sorted()[0],
+            Self::Point => 0.0,
+        }
+    }
+
+    /// Semi-axes along the body frame; zeros for a point.
+    pub fn semi_axes(&self) -> [f64; 3] {
+        match self {
+            Self::Ellipsoid(e) => e.semi_axes(),
+            Self::Point => [0.0; 3],
+        }
+    }
+}

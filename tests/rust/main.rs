@@ -1,0 +1,4 @@
+//! The Rust tests, one binary. Expected values come from elsewhere than the code.
+mod gravity;
+mod mutual;
+mod support;
