@@ -89,9 +89,7 @@ pub fn require_finite(what: &str, values: &[f64]) -> Result<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
         Some(k) if values.len() == 1 => Err(Error::invalid(what, values[k], "a finite number")),
-        Some(k) => {
-            Err(Error::invalid(format!("{what}, component {k},"), values[k], "a finite number"))
-        }
+        Some(k) => Err(Error::invalid(format!("{what}, component {k},"), values[k], "a finite number")),
     }
 }
 

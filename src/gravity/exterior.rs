@@ -18,7 +18,11 @@ pub struct ExteriorField {
 impl ExteriorField {
     /// For a body and a gravitational constant.
     pub fn new(body: &Body, gravitational_constant: f64) -> Self {
-        Self { body: body.clone(), gm: gravitational_constant * body.mass, series: FarSeries::new(&body.shape) }
+        Self {
+            body: body.clone(),
+            gm: gravitational_constant * body.mass,
+            series: FarSeries::new(&body.shape),
+        }
     }
 
     /// Phi (positive) at a point of the body frame, outside or on the surface.

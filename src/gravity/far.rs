@@ -203,9 +203,8 @@ impl FieldKernel for Far<'_> {
             squares[0].mul_add(beyond[0], squares[1].mul_add(beyond[1], squares[2] * beyond[2])) * inverse;
         // v - 1 = eta / (v + 1)
         let v_minus_one = eta / (v + c(1.0));
-        let excess = c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0))
-            + c(1.5) * v * rf
-            + c(-0.5) * v * w * weighted;
+        let excess =
+            c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0)) + c(1.5) * v * rf + c(-0.5) * v * w * weighted;
         let cube = u * u.sqrt();
         let rd = beyond.map(|b| cube.mul_add(b, cube));
         (excess * inverse.sqrt(), rd)

@@ -39,12 +39,7 @@ pub fn normalised(q: [f64; 4]) -> [f64; 4] {
 pub fn quaternion_rate(q: [f64; 4], spin: Vec3) -> [f64; 4] {
     let [w, x, y, z] = q;
     let (a, b, c) = (0.5 * spin.x, 0.5 * spin.y, 0.5 * spin.z);
-    [
-        -x * a - y * b - z * c,
-        w * a + y * c - z * b,
-        w * b + z * a - x * c,
-        w * c + x * b - y * a,
-    ]
+    [-x * a - y * b - z * c, w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a]
 }
 
 /// The unit quaternion of the Tait-Bryan angles (phi, theta, psi).

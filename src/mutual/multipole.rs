@@ -73,8 +73,12 @@ impl Multipole {
     /// The spread matrices in units of the separation, so that no power over- or underflows.
     fn scaled_spreads(&self, pose: &Pose) -> ([Mat3; 2], f64) {
         let scale = pose.separation.norm();
-        let spread = |r: &Mat3, squares: &Vec3| r * Mat3::from_diagonal(&(squares / (scale * scale))) * r.transpose();
-        ([spread(&pose.rotation_first, &self.squares[0]), spread(&pose.rotation_second, &self.squares[1])], scale)
+        let spread =
+            |r: &Mat3, squares: &Vec3| r * Mat3::from_diagonal(&(squares / (scale * scale))) * r.transpose();
+        (
+            [spread(&pose.rotation_first, &self.squares[0]), spread(&pose.rotation_second, &self.squares[1])],
+            scale,
+        )
     }
 }
 
@@ -87,10 +91,8 @@ struct Terms {
 impl Terms {
     fn new(spreads: &[Mat3; 2], half: usize) -> Self {
         let forms = spreads.map(|s| quadratic_form(&s));
-        let mut terms = Self {
-            potential: [[0.0; MONOMIALS]; HALF + 1],
-            variation: [[[0.0; MONOMIALS]; HALF + 1]; 2],
-        };
+        let mut terms =
+            Self { potential: [[0.0; MONOMIALS]; HALF + 1], variation: [[[0.0; MONOMIALS]; HALF + 1]; 2] };
         // Products A^n B^m, row by row; each one enters the potential and both variations.
         let mut power_of_a = [0.0; MONOMIALS];
         power_of_a[0] = 1.0;

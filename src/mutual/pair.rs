@@ -3,16 +3,22 @@
 use super::{Balance, Interaction, Method, Multipole, Pose, Roles, focal, surface};
 use crate::error::{Error, Result};
 use crate::gravity::{FarCut, FarSeries, Near};
-use crate::math::Mat3;
-use crate::quadrature::{Nodes, Order, closest_confocal, degree_for, focal_vectors, rate_focal, rate_surface};
+use crate::math::{Mat3, Vec3};
+use crate::quadrature::{
+    Nodes, Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree,
+};
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Arch;
 use std::sync::Arc;
 
 /// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
 pub const MAX_RULE_DEGREE: usize = 400;
+/// Degrees that close bodies are tried with.
+const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
 /// A rule stays in use while it has at most this many degrees more than needed.
 const SLACK: usize = 3;
+/// Two rules never agree better than this.
+const ROUND_OFF: f64 = 4e-15;
 
 /// What of a body's gravity does not depend on the state.
 #[derive(Debug, Clone)]
@@ -84,6 +90,16 @@ pub struct Pair {
     bodies: [BodyGravity; 2],
     multipole: Option<Multipole>,
     rule: Option<Rule>,
+    made: Vec<Made>,
+}
+
+/// A rule's nodes, kept for the next time.
+#[derive(Debug, Clone)]
+struct Made {
+    order: Order,
+    surface: bool,
+    point: bool,
+    nodes: Arc<Nodes>,
 }
 
 impl Pair {
@@ -100,7 +116,16 @@ impl Pair {
             Method::Multipole(degree) => Some(Multipole::new(&first.shape, &second.shape, degree)),
             _ => None,
         };
-        Self { method, tolerance, fixed, arch, bodies: [first, second], multipole, rule: None }
+        Self {
+            method,
+            tolerance,
+            fixed,
+            arch,
+            bodies: [first, second],
+            multipole,
+            rule: None,
+            made: Vec::new(),
+        }
     }
 
     /// The quadrature in force, if the method has one and a state has been seen.
@@ -121,45 +146,145 @@ impl Pair {
         }
         let distance = pose.separation.norm();
         let reach = distance * (1.0 - closing);
-        if let Some(rule) = &self.rule
-            && (rule.valid_from..1.3 * rule.valid_from).contains(&reach)
-            && self.fixed.is_some()
-        {
-            return Ok(());
-        }
         let scaled = Pose { separation: pose.separation * (reach / distance), ..*pose };
-        let (integrated, needed) = self.cheapest(&scaled);
-        if self.fixed.is_none() && needed > MAX_RULE_DEGREE {
-            return Err(Error::NotConverged {
-                what: format!("quadrature between {} and {}", self.bodies[0].name, self.bodies[1].name),
-                detail: format!(
-                    "at separation {distance} a tolerance of {:e} takes a rule of degree {needed}, above the limit of \
-                     {MAX_RULE_DEGREE}; use gravity=\"focal\", a larger gravity_tolerance or order=",
-                    self.tolerance
-                ),
-            });
+        match (self.fixed, self.by_bounds(&scaled)) {
+            (Some(order), choice) => {
+                let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
+                self.adopt(integrated, degree, order, reach);
+                Ok(())
+            }
+            (None, Some((integrated, degree))) => {
+                let keep = self.rule.as_ref().is_some_and(|rule| {
+                    rule.integrated == integrated && (degree..=degree + SLACK).contains(&rule.degree)
+                });
+                let degree = match &self.rule {
+                    Some(rule) if keep => rule.degree,
+                    _ => degree + SLACK / 2,
+                };
+                self.adopt(integrated, degree, self.order(degree), reach);
+                Ok(())
+            }
+            (None, None) => self.by_comparison(&scaled, reach),
         }
-        if let Some(rule) = &self.rule
-            && rule.integrated == integrated
-            && (rule.valid_from..1.3 * rule.valid_from).contains(&reach)
-            && (needed..=needed + SLACK).contains(&rule.degree)
-        {
-            return Ok(());
+    }
+
+    /// The body to integrate over and the degree, where a bound gives them.
+    fn by_bounds(&self, pose: &Pose) -> Option<(usize, usize)> {
+        let degree = |integrated: usize| {
+            let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
+            let Some(ellipsoid) = set.ellipsoid() else {
+                // The surface method integrates over a surface wherever there is one.
+                return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some(0);
+            };
+            let roles = self.roles_of(integrated, pose);
+            let centre = roles.turn.transpose() * roles.origin;
+            let other = field.focal_axes()[0];
+            match self.method {
+                Method::Surface => surface_degree(ellipsoid, &centre, other, self.tolerance),
+                _ if ellipsoid.focal_axes()[0] == 0.0 => Some(0),
+                _ => focal_degree(ellipsoid, &centre, other, self.tolerance),
+            }
+        };
+        self.cheaper([degree(0), degree(1)])
+    }
+
+    /// The same by the rate of the confocal family; no bound.
+    fn by_guess(&self, pose: &Pose) -> (usize, usize) {
+        let degree = |integrated: usize| {
+            let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
+            let ellipsoid = set.ellipsoid()?;
+            let roles = self.roles_of(integrated, pose);
+            let from_field = roles.turn.transpose();
+            let [p, q] = field.ellipsoid().map_or([Vec3::zeros(); 2], |e| focal_vectors(e, &from_field));
+            let kappa = closest_confocal(ellipsoid, &(from_field * -roles.origin), &p, &q);
+            Some(guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance))
+        };
+        self.cheaper([degree(0), degree(1)]).unwrap_or((0, MAX_RULE_DEGREE))
+    }
+
+    /// The lower of two degrees; the body in use stays unless the other one is clearly better.
+    fn cheaper(&self, degrees: [Option<usize>; 2]) -> Option<(usize, usize)> {
+        let in_use = self.rule.as_ref().map(|rule| rule.integrated);
+        let cost = |integrated: usize| {
+            let hysteresis = if in_use.is_some_and(|used| used != integrated) { SLACK } else { 0 };
+            degrees[integrated].map(|degree| (degree + hysteresis, integrated))
+        };
+        let (_, integrated) = [cost(0), cost(1)].into_iter().flatten().min()?;
+        degrees[integrated].map(|degree| (integrated, degree))
+    }
+
+    /// Raises the degree until a rule agrees with a finer one.
+    fn by_comparison(&mut self, pose: &Pose, reach: f64) -> Result<()> {
+        let (integrated, guess) = self.by_guess(pose);
+        let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
+        let mut level = LADDER.iter().position(|&d| d >= in_use.unwrap_or(guess)).unwrap_or(LADDER.len() - 1);
+        self.adopt(integrated, LADDER[level], self.order(LADDER[level]), reach);
+        let mut coarse = self.interaction(pose);
+        while level + 1 < LADDER.len() {
+            let degree = LADDER[level + 1];
+            self.adopt(integrated, degree, self.order(degree), reach);
+            let fine = self.interaction(pose);
+            let difference = fine.difference(&coarse);
+            if difference <= self.tolerance.max(ROUND_OFF) {
+                // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
+                let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };
+                let degree = if lower < level && self.agrees(integrated, LADDER[lower], pose, reach, &fine) {
+                    LADDER[lower]
+                } else {
+                    LADDER[level]
+                };
+                self.adopt(integrated, degree, self.order(degree), reach);
+                return Ok(());
+            }
+            coarse = fine;
+            level += 1;
         }
-        let valid_from = reach * 0.97;
-        let kernel = self.kernel(integrated, valid_from);
-        let degree = needed + SLACK / 2;
-        let order = self.fixed.unwrap_or(match self.method {
+        Err(Error::NotConverged {
+            what: format!(
+                "{} quadrature between {} and {}",
+                self.method, self.bodies[0].name, self.bodies[1].name
+            ),
+            detail: format!(
+                "at separation {} a rule of degree {MAX_RULE_DEGREE} does not reach the tolerance {:e}; use \
+                 gravity=\"focal\", a larger gravity_tolerance or order=",
+                pose.separation.norm(),
+                self.tolerance
+            ),
+        })
+    }
+
+    fn agrees(
+        &mut self,
+        integrated: usize,
+        degree: usize,
+        pose: &Pose,
+        reach: f64,
+        fine: &Interaction,
+    ) -> bool {
+        self.adopt(integrated, degree, self.order(degree), reach);
+        self.interaction(pose).difference(fine) <= 0.1 * self.tolerance
+    }
+
+    fn order(&self, degree: usize) -> Order {
+        match self.method {
             Method::Surface => Order::surface(degree),
             _ => Order::focal(degree),
-        });
-        let nodes = match &self.rule {
-            Some(rule) if rule.integrated == integrated && rule.order == order => rule.nodes.clone(),
-            _ => Arc::new(self.nodes(integrated, order)),
-        };
-        let valid_from = if matches!(kernel, Kernel::Near(_)) { valid_from.min(reach * 0.9) } else { valid_from };
+        }
+    }
+
+    /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
+    fn adopt(&mut self, integrated: usize, degree: usize, order: Order, reach: f64) {
+        if let Some(rule) = &self.rule
+            && rule.integrated == integrated
+            && rule.order == order
+            && (rule.valid_from..1.3 * rule.valid_from).contains(&reach)
+        {
+            return;
+        }
+        let valid_from = 0.95 * reach;
+        let kernel = self.kernel(integrated, valid_from);
+        let nodes = self.nodes(integrated, order);
         self.rule = Some(Rule { integrated, order, degree, nodes, kernel, valid_from });
-        Ok(())
     }
 
     /// Whether the rule in force holds at this separation.
@@ -182,14 +307,18 @@ impl Pair {
         };
         let to_field_body = field.canonical.transpose();
         let (rotation_field, torque_set) = match rule.integrated {
-            0 => (pose.rotation_second, set.canonical.transpose() * (roles.turn.transpose() * balance.torque)),
+            0 => {
+                (pose.rotation_second, set.canonical.transpose() * (roles.turn.transpose() * balance.torque))
+            }
             _ => (pose.rotation_first, set.canonical.transpose() * (roles.turn.transpose() * balance.torque)),
         };
         let force = rotation_field * (to_field_body * balance.force);
         let torque_field = to_field_body * balance.torque_field;
         match rule.integrated {
             0 => Interaction { force_on_first: force, torque_first: torque_set, torque_second: torque_field },
-            _ => Interaction { force_on_first: -force, torque_first: torque_field, torque_second: torque_set },
+            _ => {
+                Interaction { force_on_first: -force, torque_first: torque_field, torque_second: torque_set }
+            }
         }
     }
 
@@ -255,43 +384,6 @@ impl Pair {
         Roles { origin: to_field * separation, turn: to_field * rotation_set * set.canonical.transpose() }
     }
 
-    /// The body that takes the lower degree to integrate over, and that degree.
-    fn cheapest(&self, pose: &Pose) -> (usize, usize) {
-        let degrees = [0, 1].map(|integrated| self.degree_needed(integrated, pose));
-        // Stay with the body in use unless the other one is clearly better.
-        match (degrees, self.rule.as_ref().map(|r| r.integrated)) {
-            ([Some(d0), Some(d1)], Some(0)) => if d1 + SLACK < d0 { (1, d1) } else { (0, d0) },
-            ([Some(d0), Some(d1)], Some(_)) => if d0 + SLACK < d1 { (0, d0) } else { (1, d1) },
-            ([Some(d0), Some(d1)], None) => if d0 < d1 { (0, d0) } else { (1, d1) },
-            ([Some(d0), None], _) => (0, d0),
-            ([None, Some(d1)], _) => (1, d1),
-            ([None, None], _) => (1, 0),
-        }
-    }
-
-    fn degree_needed(&self, integrated: usize, pose: &Pose) -> Option<usize> {
-        let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
-        let Some(ellipsoid) = set.ellipsoid() else {
-            // The surface method integrates over a surface wherever there is one.
-            return (self.method == Method::Focal).then_some(0);
-        };
-        if self.method == Method::Focal && ellipsoid.focal_axes()[0] == 0.0 {
-            return Some(0);
-        }
-        let roles = self.roles_of(integrated, pose);
-        let centre = roles.turn.transpose() * -roles.origin;
-        let [p, q] = match field.ellipsoid() {
-            Some(e) => focal_vectors(e, &roles.turn.transpose()),
-            None => [crate::math::Vec3::zeros(); 2],
-        };
-        let kappa = closest_confocal(ellipsoid, &centre, &p, &q);
-        let rate = match self.method {
-            Method::Surface => rate_surface(ellipsoid, kappa),
-            _ => rate_focal(ellipsoid, kappa),
-        };
-        Some(degree_for(rate, self.tolerance))
-    }
-
     fn kernel(&self, integrated: usize, distance: f64) -> Kernel {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let radius = match self.method {
@@ -306,18 +398,30 @@ impl Pair {
         }
     }
 
-    fn nodes(&self, integrated: usize, order: Order) -> Nodes {
+    /// The nodes of a rule; each is made once.
+    fn nodes(&mut self, integrated: usize, order: Order) -> Arc<Nodes> {
         let set = &self.bodies[integrated];
-        match self.method {
-            Method::Surface if set.ellipsoid().is_some() => Nodes::sphere(order),
-            _ if set.focal_axes()[0] == 0.0 => Nodes::centre(),
-            _ => Nodes::focal(order),
+        let surface = self.method == Method::Surface && set.ellipsoid().is_some();
+        let point = !surface && set.focal_axes()[0] == 0.0;
+        let made = self
+            .made
+            .iter()
+            .find(|made| made.order == order && made.surface == surface && made.point == point);
+        if let Some(made) = made {
+            return made.nodes.clone();
         }
+        let nodes = Arc::new(match (surface, point) {
+            (true, _) => Nodes::sphere(order),
+            (_, true) => Nodes::centre(),
+            _ => Nodes::focal(order),
+        });
+        self.made.push(Made { order, surface, point, nodes: nodes.clone() });
+        nodes
     }
 }
 
 fn monopole(pose: &Pose) -> Interaction {
     let r = pose.separation.norm();
-    let zero = crate::math::Vec3::zeros();
+    let zero = Vec3::zeros();
     Interaction { force_on_first: pose.separation / (r * r * r), torque_first: zero, torque_second: zero }
 }

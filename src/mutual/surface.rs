@@ -61,7 +61,10 @@ fn surface_point<S: Simd>(
     let y = [unit[0] * c(semi_axes[0]), unit[1] * c(semi_axes[1]), unit[2] * c(semi_axes[2])];
     let turn = &roles.turn;
     let x = [0, 1, 2].map(|i| {
-        y[0].mul_add(c(turn[(i, 0)]), y[1].mul_add(c(turn[(i, 1)]), y[2].mul_add(c(turn[(i, 2)]), c(roles.origin[i]))))
+        y[0].mul_add(
+            c(turn[(i, 0)]),
+            y[1].mul_add(c(turn[(i, 1)]), y[2].mul_add(c(turn[(i, 2)]), c(roles.origin[i]))),
+        )
     });
     (y, x)
 }

@@ -1,15 +1,21 @@
-//! How fast a rule converges, from the geometry, and the order that a tolerance takes.
+//! The order of a rule that a tolerance takes, from the geometry.
 //!
-//! The other body's potential is analytic away from its focal ellipse. A rule that is exact for polynomials of degree L
-//! then errs like rate^-L, where the rate is that of the family of confocal ellipsoids around the integration set: with
-//! kappa the smallest confocal coordinate of a point of the other's focal ellipse,
+//! A rule that is exact for polynomials of degree L errs by at most twice the distance of the integrand from those
+//! polynomials, which falls like rate^-L. The integrand is the other body's potential, analytic away from that
+//! body's focal ellipse, which stays outside a sphere of radius D' = D - p' about the centre of the integration set (D the
+//! separation, p' the other's largest focal semi-axis).
 //!
-//!   surface of (a, b, c):          rate = (sqrt(a^2 + kappa) + sqrt(c^2 + kappa)) / (a + c),
-//!   its focal ellipse:             rate = (sqrt(a^2 + kappa) + sqrt(c^2 + kappa)) / sqrt(a^2 - c^2).
+//! Surface: the potential is harmonic within that sphere, and its solid harmonics are polynomials: rate = D'/a.
 //!
-//! In two dimensions this is the ratio of the conformal radii of the two confocal ellipses, hence exact (Bernstein's
-//! ellipse for the flat one); for a sphere it is distance over radius, also exact. In between it is a measured
-//! rule, with the margin of [`degree_for`] found from errors against rules of much higher order.
+//! Focal ellipse, within a disc of radius p: by the theorem of Bernstein, Walsh and Siciak the rate is e^V, V the smallest
+//! value that the disc's extremal function takes where the potential of a mass point is singular. Lundin's function is
+//! cosh 2V = |y|^2 + |y.y - 1|, and for a point at the distance h from the disc's axis and v from its plane (in units of p)
+//! its minimum over the complex cone (y_1 - h)^2 + y_2^2 + v^2 = 0 lies at y = (h, i v):
+//!
+//!   cosh^2 V = max(h^2, 1 + v^2).
+//!
+//! (Lundin 1985, Contemp. Math. 137, 327; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
+//! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
 
 use crate::math::lanes::Lanes;
 use crate::math::{Mat3, Vec3};
@@ -38,23 +44,44 @@ impl Order {
     }
 }
 
-/// Convergence rate of the surface rule on an ellipsoid; see the head of this file.
-pub fn rate_surface(ellipsoid: &Ellipsoid, kappa: f64) -> f64 {
-    let [a, _, c] = ellipsoid.sorted();
-    ((a * a + kappa).sqrt() + (c * c + kappa).sqrt()) / (a + c)
+/// Rates below this leave the choice to comparison: the bounds then cost more than they are worth.
+const SLOWEST_RATE: f64 = 2.0;
+
+/// The degree to which the surface rule has to be exact, or `None` for bodies too close for the bound.
+///
+/// `centre` is the other body's centre in the canonical frame, `other_focal` its largest focal semi-axis.
+pub fn surface_degree(
+    ellipsoid: &Ellipsoid,
+    centre: &Vec3,
+    other_focal: f64,
+    tolerance: f64,
+) -> Option<usize> {
+    degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance)
 }
 
-/// Convergence rate of the focal rule on an ellipsoid; see the head of this file.
-pub fn rate_focal(ellipsoid: &Ellipsoid, kappa: f64) -> f64 {
-    let [a, _, c] = ellipsoid.sorted();
-    ((a * a + kappa).sqrt() + (c * c + kappa).sqrt()) / ellipsoid.focal_axes()[0]
+/// The degree to which the focal rule has to be exact, or `None` for bodies too close for the bound; see
+/// [`surface_degree`].
+pub fn focal_degree(ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64, tolerance: f64) -> Option<usize> {
+    let p = ellipsoid.focal_axes()[0];
+    let h = (centre.xy().norm() - other_focal).max(0.0) / p;
+    let v = (centre.z.abs() - other_focal).max(0.0) / p;
+    let cosh = h.max(1.0f64.hypot(v));
+    degree_for(cosh + ((cosh - 1.0) * (cosh + 1.0)).sqrt(), tolerance)
 }
 
-/// Degree to which a rule has to be exact for a tolerance relative to the force, with two degrees more for the torque,
-/// which is smaller than its lever times the force by two powers of the rate.
-pub fn degree_for(rate: f64, tolerance: f64) -> usize {
-    let degree = -tolerance.ln() / rate.ln();
-    if degree.is_finite() { degree.ceil() as usize + 2 } else { 2 }
+/// The smallest degree L with L rate^-L below the tolerance (the field is as singular as the square of an inverse
+/// distance, which costs the factor L), and two more for the torque, which is smaller than lever times force.
+fn degree_for(rate: f64, tolerance: f64) -> Option<usize> {
+    let without_factor = -tolerance.ln() / rate.ln();
+    (rate >= SLOWEST_RATE).then(|| (without_factor + without_factor.ln_1p() / rate.ln()).ceil() as usize + 2)
+}
+
+/// A first guess for close bodies: the degree by the ratio of the conformal radii of two confocal ellipses.
+pub fn guess_degree(ellipsoid: &Ellipsoid, flat: bool, kappa: f64, tolerance: f64) -> usize {
+    let [a, _, c] = ellipsoid.sorted();
+    let size = if flat { ellipsoid.focal_axes()[0] } else { a + c };
+    let rate = ((a * a + kappa).sqrt() + (c * c + kappa).sqrt()) / size;
+    (-tolerance.ln() / rate.ln().max(1e-3)).ceil() as usize + 2
 }
 
 /// Smallest confocal coordinate kappa, with respect to `ellipsoid`, of the points of another body's focal ellipse.

@@ -7,5 +7,5 @@
 mod convergence;
 mod nodes;
 
-pub use convergence::{Order, closest_confocal, degree_for, focal_vectors, rate_focal, rate_surface};
+pub use convergence::{Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree};
 pub use nodes::Nodes;

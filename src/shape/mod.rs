@@ -46,11 +46,9 @@ impl Body {
         require_positive(&format!("density of {name}"), density)?;
         match shape {
             Shape::Ellipsoid(e) => Self::with_mass(name, shape, density * e.volume()),
-            Shape::Point => Err(Error::invalid(
-                format!("density of {name}"),
-                density,
-                "a mass: a point has no volume",
-            )),
+            Shape::Point => {
+                Err(Error::invalid(format!("density of {name}"), density, "a mass: a point has no volume"))
+            }
         }
     }
 

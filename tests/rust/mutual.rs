@@ -24,11 +24,15 @@ fn reference_values() {
             let mut pair = pair(triple(&case["axes_a"]), triple(&case["axes_b"]), method, None);
             pair.prepare(&pose, 0.0).unwrap();
             let f = pair.interaction(&pose);
-            println!("{} {method} nodes {:?}: F {:.1e} Ta {:.1e} Tb {:.1e} U {:.1e}", case["name"], pair.rule().map(|r|(r.nodes(), r.integrated)),
+            println!(
+                "{} {method} nodes {:?}: F {:.1e} Ta {:.1e} Tb {:.1e} U {:.1e}",
+                case["name"],
+                pair.rule().map(|r| (r.nodes(), r.integrated)),
                 relative(&f.force_on_first, &Vec3::from(triple(&case["force_on_a_inertial"]))),
                 relative(&f.torque_first, &Vec3::from(triple(&case["torque_on_a_body"]))),
                 relative(&f.torque_second, &Vec3::from(triple(&case["torque_on_b_body"]))),
-                pair.potential_energy(&pose)/number(&case["potential_energy"])-1.0);
+                pair.potential_energy(&pose) / number(&case["potential_energy"]) - 1.0
+            );
         }
     }
 }

@@ -31,11 +31,17 @@ pub fn relative(actual: &Vec3, expected: &Vec3) -> f64 {
 #[track_caller]
 pub fn close(actual: f64, expected: f64, tolerance: f64) {
     let error = ((actual - expected) / expected).abs();
-    assert!(error <= tolerance, "{actual:e} differs from {expected:e} by {error:.2e}, allowed {tolerance:.0e}");
+    assert!(
+        error <= tolerance,
+        "{actual:e} differs from {expected:e} by {error:.2e}, allowed {tolerance:.0e}"
+    );
 }
 
 #[track_caller]
 pub fn close_vector(actual: &Vec3, expected: &Vec3, tolerance: f64) {
     let error = relative(actual, expected);
-    assert!(error <= tolerance, "{actual:?} differs from {expected:?} by {error:.2e}, allowed {tolerance:.0e}");
+    assert!(
+        error <= tolerance,
+        "{actual:?} differs from {expected:?} by {error:.2e}, allowed {tolerance:.0e}"
+    );
 }
