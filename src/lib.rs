@@ -8,3 +8,7 @@ pub mod shape;
 pub mod gravity;
 pub mod quadrature;
 pub mod mutual;
+pub mod orbit;
+pub mod dynamics;
+pub mod integrate;
+pub mod trajectory;

@@ -1,0 +1,273 @@
+//! The equations of motion over the integrator's vector.
+
+use super::{AttitudeChart, Energy, Layout, State, System, invariants};
+use crate::error::{Error, Result};
+use crate::math::compensated::{two_product, two_sum};
+use crate::math::{Mat3, Vec3, rotation};
+use crate::mutual::{Pair, Pose};
+
+/// Nearest that the Tait-Bryan chart may come to its pole, as |cos theta|.
+const POLE: f64 = 1e-4;
+
+/// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rejected(pub &'static str);
+
+/// The equations of motion of one system, with the rules and scratch that they use.
+#[derive(Debug, Clone)]
+pub struct Dynamics {
+    system: System,
+    layout: Layout,
+    pairs: Vec<(usize, usize, Pair)>,
+    inertia: Vec<Vec3>,
+    rotations: Vec<Mat3>,
+    acceleration: Vec<Vec3>,
+    torque: Vec<Vec3>,
+}
+
+impl Dynamics {
+    pub(super) fn new(system: &System) -> Self {
+        let n = system.bodies().len();
+        Self {
+            layout: system.layout(),
+            pairs: system.pairs().map(|(i, j)| (i, j, system.pair(i, j))).collect(),
+            inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
+            rotations: vec![Mat3::identity(); n],
+            acceleration: vec![Vec3::zeros(); n],
+            torque: vec![Vec3::zeros(); n],
+            system: system.clone(),
+        }
+    }
+
+    /// The system.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// Where the numbers lie.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// The pairs with the rules in force.
+    pub fn pairs(&self) -> impl Iterator<Item = (usize, usize, &Pair)> {
+        self.pairs.iter().map(|(i, j, pair)| (*i, *j, pair))
+    }
+
+    /// Checks a state and chooses the rules for a step of size `step` from it.
+    pub fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
+        self.turn(y);
+        if self.layout.chart == AttitudeChart::TaitBryan {
+            for body in 0..self.layout.bodies {
+                let cos_theta = y[self.layout.attitude(body) + 1].cos().abs();
+                if cos_theta < POLE {
+                    let body = self.system.bodies()[body].name.clone();
+                    return Err(Error::ChartSingularity { body, time, cos_theta });
+                }
+            }
+        }
+        for index in 0..self.pairs.len() {
+            let (i, j, _) = self.pairs[index];
+            let pose = self.pose(y, i, j);
+            self.system.check_apart(i, j, &pose, time)?;
+            let closing = self.closing(y, i, j, &pose, step);
+            self.pairs[index].2.prepare(&pose, closing)?;
+        }
+        Ok(())
+    }
+
+    /// How much of the separation a step may close, moving straight on, without overlap.
+    fn closing(&self, y: &[f64], i: usize, j: usize, pose: &Pose, step: f64) -> f64 {
+        let (vi, vj) = (self.layout.velocity(i), self.layout.velocity(j));
+        let path = (vector(y, vj) - vector(y, vi)) * step;
+        let distance = pose.separation.norm();
+        let length = path.norm_squared();
+        if length == 0.0 {
+            return 0.0;
+        }
+        let nearest = (-pose.separation.dot(&path) / length).clamp(0.0, 1.0);
+        let reach = (pose.separation + path * nearest).norm();
+        let bodies = self.system.bodies();
+        let (first, second) = (&bodies[i].shape, &bodies[j].shape);
+        let touching = if reach > first.circumradius() + second.circumradius() {
+            0.0
+        } else {
+            let grow = crate::shape::contact_function(
+                first,
+                second,
+                &pose.separation,
+                &pose.rotation_first,
+                &pose.rotation_second,
+            );
+            1.0 / grow.sqrt()
+        };
+        (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
+    }
+
+    /// Rates of change. Allocates nothing.
+    pub fn derivative(&mut self, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), Rejected> {
+        self.turn(y);
+        self.acceleration.fill(Vec3::zeros());
+        self.torque.fill(Vec3::zeros());
+        let g = self.system.gravitational_constant;
+        for (i, j, pair) in &self.pairs {
+            let (i, j) = (*i, *j);
+            let pose = self.pose(y, i, j);
+            if !pair.covers(pose.separation.norm()) {
+                return Err(Rejected("two bodies come too close within a step"));
+            }
+            let f = pair.interaction(&pose);
+            let (mi, mj) = (self.system.bodies[i].mass, self.system.bodies[j].mass);
+            self.acceleration[i] += g * mj * f.force_on_first;
+            self.acceleration[j] -= g * mi * f.force_on_first;
+            self.torque[i] += g * mi * mj * f.torque_first;
+            self.torque[j] += g * mi * mj * f.torque_second;
+        }
+        let layout = self.layout;
+        let positions = 3 * layout.bodies;
+        let (velocities, rest) = rate.split_at_mut(positions);
+        velocities.copy_from_slice(&y[positions..2 * positions]);
+        for body in 0..layout.bodies {
+            let v = layout.velocity(body) - positions;
+            rest[v..v + 3].copy_from_slice(self.acceleration[body].as_slice());
+            let spin = vector(y, layout.spin(body));
+            let a = layout.attitude(body);
+            match layout.chart {
+                AttitudeChart::Quaternion => {
+                    let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
+                    rest[a - positions..a - positions + 4]
+                        .copy_from_slice(&rotation::quaternion_rate(q, spin));
+                }
+                AttitudeChart::TaitBryan => {
+                    let angles = [y[a], y[a + 1], y[a + 2]];
+                    rest[a - positions..a - positions + 3]
+                        .copy_from_slice(&rotation::tait_bryan_rate(angles, spin));
+                }
+            }
+            let s = layout.spin(body) - positions;
+            rest[s..s + 3].copy_from_slice(euler(self.inertia[body], spin, self.torque[body]).as_slice());
+        }
+        if rate.iter().all(|r| r.is_finite()) {
+            Ok(())
+        } else {
+            Err(Rejected("a rate of change is not finite"))
+        }
+    }
+
+    /// Energy with the rules in force.
+    pub fn energy(&mut self, y: &[f64], velocities: &[Vec3]) -> Energy {
+        self.turn(y);
+        let mut potential = 0.0;
+        for (i, j, pair) in &self.pairs {
+            potential += self.system.strength(*i, *j) * pair.potential_energy(&self.pose(y, *i, *j));
+        }
+        let translational =
+            self.system.bodies.iter().zip(velocities).map(|(b, v)| 0.5 * b.mass * v.norm_squared()).sum();
+        let rotational = (0..self.layout.bodies)
+            .map(|b| {
+                let spin = vector(y, self.layout.spin(b));
+                0.5 * self.inertia[b].dot(&spin.component_mul(&spin))
+            })
+            .sum();
+        Energy::new(translational, rotational, potential)
+    }
+
+    /// Total angular momentum about the origin.
+    pub fn angular_momentum(&self, state: &State) -> Vec3 {
+        invariants::angular_momentum(&self.system, state)
+    }
+
+    /// The natural sizes that errors of each body are measured against: (position, velocity, spin).
+    ///
+    /// Positions against the nearest separation, velocities against their own size or that of a circular orbit
+    /// there, spins against their own size or that orbit's rate. Attitudes are measured against one.
+    pub fn scales(&self, y: &[f64], out: &mut [[f64; 3]]) {
+        let bodies = self.system.bodies();
+        for (body, scale) in bodies.iter().zip(out.iter_mut()) {
+            *scale = [f64::INFINITY, 0.0, 0.0];
+            if bodies.len() == 1 {
+                *scale = [body.shape.circumradius().max(f64::MIN_POSITIVE), 0.0, 0.0];
+            }
+        }
+        for (i, j, _) in &self.pairs {
+            let distance = (vector(y, self.layout.position(*j)) - vector(y, self.layout.position(*i))).norm();
+            let mu = self.system.gravitational_constant * (bodies[*i].mass + bodies[*j].mass);
+            let rate = (mu / (distance * distance * distance)).sqrt();
+            for body in [*i, *j] {
+                let [l, v, n] = &mut out[body];
+                *l = l.min(distance);
+                *v = v.max(rate * distance);
+                *n = n.max(rate);
+            }
+        }
+        for body in 0..self.layout.bodies {
+            let speed = vector(y, self.layout.velocity(body)).norm();
+            let spin = vector(y, self.layout.spin(body)).norm();
+            let [l, v, n] = &mut out[body];
+            *v = v.max(speed);
+            *n = n.max(spin);
+            // A body that nothing moves or turns has no error either, but must not divide by zero.
+            *v = if *v > 0.0 { *v } else { *l };
+            *n = if *n > 0.0 { *n } else { 1.0 };
+        }
+    }
+
+    /// Brings quaternions back to unit length, in twice the working precision so that nothing of the state's low part
+    /// is lost. A projection onto an invariant: the order of the method stays.
+    pub fn restore(&self, high: &mut [f64], low: &mut [f64]) {
+        if self.layout.chart != AttitudeChart::Quaternion {
+            return;
+        }
+        for body in 0..self.layout.bodies {
+            let a = self.layout.attitude(body);
+            let (mut sum, mut tail) = (-1.0, 0.0);
+            for c in a..a + 4 {
+                let (square, error) = two_product(high[c], high[c]);
+                let (total, carry) = two_sum(sum, square);
+                sum = total;
+                tail += carry + error + 2.0 * high[c] * low[c];
+            }
+            let correction = -0.5 * (sum + tail);
+            for c in a..a + 4 {
+                let (total, carry) = two_sum(high[c], low[c] + correction * high[c]);
+                high[c] = total;
+                low[c] = carry;
+            }
+        }
+    }
+
+    fn turn(&mut self, y: &[f64]) {
+        for body in 0..self.layout.bodies {
+            let a = self.layout.attitude(body);
+            self.rotations[body] = match self.layout.chart {
+                AttitudeChart::Quaternion => rotation::matrix([y[a], y[a + 1], y[a + 2], y[a + 3]]),
+                AttitudeChart::TaitBryan => rotation::tait_bryan_matrix([y[a], y[a + 1], y[a + 2]]),
+            };
+        }
+    }
+
+    fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
+        Pose {
+            separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
+            rotation_first: self.rotations[i],
+            rotation_second: self.rotations[j],
+        }
+    }
+}
+
+#[inline]
+fn vector(y: &[f64], index: usize) -> Vec3 {
+    Vec3::new(y[index], y[index + 1], y[index + 2])
+}
+
+/// Euler's equations solved for the rate of the spin, the paper's `eq:DiffEq_phidott` to `eq:DiffEq_psidott`; a body
+/// without inertia keeps its spin.
+#[inline]
+fn euler(inertia: Vec3, spin: Vec3, torque: Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        // The difference first: the spin of a spheroid about its axis then stays exactly.
+        let turning = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
+        if inertia[i] > 0.0 { turning / inertia[i] } else { 0.0 }
+    }))
+}

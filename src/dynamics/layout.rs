@@ -1,0 +1,166 @@
+//! How a state lies in the integrator's vector.
+//!
+//! | block | length | quantity |
+//! |---|---|---|
+//! | position | 3 N | from the barycentre, inertial axes |
+//! | velocity | 3 N | relative to the barycentre, inertial axes |
+//! | attitude | 4 N or 3 N | quaternion, or Tait-Bryan angles |
+//! | spin | 3 N | body frames |
+//!
+//! The barycentre moves uniformly and is kept apart: a system that travels does not lose digits of its separations.
+//! Every number has a low part, so that converting there and back changes nothing.
+
+use super::State;
+use crate::math::compensated::{Compensated, sum, two_sum};
+use crate::math::{Vec3, rotation};
+
+/// How attitudes are integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AttitudeChart {
+    /// Unit quaternions: no singularity.
+    #[default]
+    Quaternion,
+    /// The paper's angles (phi, theta, psi), singular at theta = 90 degrees.
+    TaitBryan,
+}
+
+impl AttitudeChart {
+    /// Numbers per body.
+    pub fn width(self) -> usize {
+        match self {
+            Self::Quaternion => 4,
+            Self::TaitBryan => 3,
+        }
+    }
+}
+
+/// Offsets of the blocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Number of bodies.
+    pub bodies: usize,
+    /// How attitudes are stored.
+    pub chart: AttitudeChart,
+}
+
+impl Layout {
+    /// Length of the vector.
+    pub fn dimension(self) -> usize {
+        (9 + self.chart.width()) * self.bodies
+    }
+
+    /// Index of the first position component of a body.
+    #[inline]
+    pub fn position(self, body: usize) -> usize {
+        3 * body
+    }
+
+    /// Index of the first velocity component of a body.
+    #[inline]
+    pub fn velocity(self, body: usize) -> usize {
+        3 * (self.bodies + body)
+    }
+
+    /// Index of the first attitude component of a body.
+    #[inline]
+    pub fn attitude(self, body: usize) -> usize {
+        6 * self.bodies + self.chart.width() * body
+    }
+
+    /// Index of the first spin component of a body.
+    #[inline]
+    pub fn spin(self, body: usize) -> usize {
+        (6 + self.chart.width()) * self.bodies + 3 * body
+    }
+}
+
+/// The integrator's vector and the barycentre that was taken out of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inner {
+    /// Where the blocks are.
+    pub layout: Layout,
+    /// The vector.
+    pub high: Vec<f64>,
+    /// What rounding dropped.
+    pub low: Vec<f64>,
+    /// Time at which the barycentre was at `barycentre`.
+    pub epoch: f64,
+    /// Position of the barycentre at `epoch`.
+    pub barycentre: [f64; 3],
+    /// Velocity of the barycentre.
+    pub barycentre_velocity: [f64; 3],
+}
+
+impl Inner {
+    /// Splits a state. Tait-Bryan angles start in their principal range.
+    pub fn new(layout: Layout, masses: &[f64], state: &State) -> Self {
+        let total = sum(masses.iter().copied());
+        let mean = |vectors: &[Vec3]| {
+            [0, 1, 2].map(|c| sum(vectors.iter().zip(masses).map(|(v, m)| v[c] * (m / total))))
+        };
+        let (barycentre, barycentre_velocity) = (mean(&state.position), mean(&state.velocity));
+        let mut inner = Self {
+            layout,
+            high: vec![0.0; layout.dimension()],
+            low: vec![0.0; layout.dimension()],
+            epoch: state.time,
+            barycentre,
+            barycentre_velocity,
+        };
+        for body in 0..layout.bodies {
+            let (p, v) = (layout.position(body), layout.velocity(body));
+            for c in 0..3 {
+                inner.set(p + c, Compensated::difference(state.position[body][c], barycentre[c]));
+                inner.set(v + c, Compensated::difference(state.velocity[body][c], barycentre_velocity[c]));
+                inner.high[layout.spin(body) + c] = state.spin[body][c];
+            }
+            let a = layout.attitude(body);
+            match layout.chart {
+                AttitudeChart::Quaternion => inner.high[a..a + 4].copy_from_slice(&state.attitude[body]),
+                AttitudeChart::TaitBryan => {
+                    inner.high[a..a + 3].copy_from_slice(&rotation::to_tait_bryan(state.attitude[body]));
+                }
+            }
+        }
+        inner
+    }
+
+    fn set(&mut self, index: usize, value: Compensated) {
+        self.high[index] = value.high;
+        self.low[index] = value.low;
+    }
+
+    /// The state that a vector `high` + `low` stands for at a time.
+    pub fn state(&self, time: f64, high: &[f64], low: &[f64]) -> State {
+        let layout = self.layout;
+        let elapsed = time - self.epoch;
+        let travelled = self.barycentre_velocity.map(|v| v * elapsed);
+        let vector = |index: usize, offset: [f64; 3], travelled: [f64; 3]| {
+            Vec3::from([0, 1, 2].map(|c| {
+                let (partial, first) = two_sum(offset[c], travelled[c]);
+                let (total, second) = two_sum(partial, high[index + c]);
+                total + (first + second + low[index + c])
+            }))
+        };
+        let each = |f: &dyn Fn(usize) -> Vec3| (0..layout.bodies).map(f).collect::<Vec<_>>();
+        State {
+            time,
+            position: each(&|b| vector(layout.position(b), self.barycentre, travelled)),
+            velocity: each(&|b| vector(layout.velocity(b), self.barycentre_velocity, [0.0; 3])),
+            attitude: (0..layout.bodies).map(|b| attitude(layout, b, high)).collect(),
+            spin: each(&|b| Vec3::from_column_slice(&high[layout.spin(b)..layout.spin(b) + 3])),
+        }
+    }
+}
+
+fn attitude(layout: Layout, body: usize, y: &[f64]) -> [f64; 4] {
+    let a = layout.attitude(body);
+    match layout.chart {
+        AttitudeChart::TaitBryan => rotation::from_tait_bryan([y[a], y[a + 1], y[a + 2]]),
+        AttitudeChart::Quaternion => {
+            let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
+            let length = q.iter().map(|c| c * c).sum::<f64>();
+            if (length - 1.0).abs() < 4.0 * f64::EPSILON { q } else { rotation::normalised(q) }
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Bodies in motion: state, equations of motion, invariants.
+//!
+//! Takes bodies, a gravitational constant and a method; gives rates of change, energies and momenta. The equations are the
+//! paper's: Newton's for the centres, Euler's (`eq:DiffEq_phidott` to `eq:DiffEq_psidott`) in the body frames, and either
+//! quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to `eq:DiffEq_psi`) for the attitudes.
+
+mod equations;
+mod invariants;
+mod layout;
+mod state;
+mod system;
+
+pub use equations::{Dynamics, Rejected};
+pub use invariants::Energy;
+pub use layout::{AttitudeChart, Inner, Layout};
+pub use state::State;
+pub use system::{BodyInteraction, Settings, System};

@@ -1,0 +1,238 @@
+//! A system: bodies, gravitational constant, method.
+
+use super::{AttitudeChart, Dynamics, Energy, Layout, State, invariants};
+use crate::error::{Error, Result, require_finite};
+use crate::math::lanes::VectorPath;
+use crate::math::{Vec3, rotation};
+use crate::mutual::{BodyGravity, Method, Pair, Pose};
+use crate::quadrature::Order;
+use crate::shape::{Body, overlap};
+use pulp::Arch;
+
+/// How the gravity of a system is computed and its attitudes are kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The method of the interactions.
+    pub gravity: Method,
+    /// Tolerance of the quadrature, relative to the force.
+    pub gravity_tolerance: f64,
+    /// A fixed order of the quadrature instead of the tolerance.
+    pub order: Option<Order>,
+    /// The attitudes' chart.
+    pub attitude_chart: AttitudeChart,
+    /// The instructions of the hot loops.
+    pub vector_path: VectorPath,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            gravity: Method::Focal,
+            gravity_tolerance: 1e-14,
+            order: None,
+            attitude_chart: AttitudeChart::default(),
+            vector_path: VectorPath::default(),
+        }
+    }
+}
+
+/// Bodies under their mutual gravity.
+#[derive(Debug, Clone)]
+pub struct System {
+    pub(super) bodies: Vec<Body>,
+    pub(super) gravitational_constant: f64,
+    pub(super) settings: Settings,
+    arch: Arch,
+}
+
+/// Forces (inertial), torques (body frames) and the potential energy of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyInteraction {
+    /// Force on every body.
+    pub force: Vec<Vec3>,
+    /// Torque on every body about its own centre, in its frame.
+    pub torque: Vec<Vec3>,
+    /// Potential energy, negative.
+    pub potential_energy: f64,
+}
+
+impl System {
+    /// From bodies of distinct names; G is in the units of everything else.
+    pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
+        if bodies.is_empty() {
+            return Err(Error::invalid("number of bodies", 0, "at least one"));
+        }
+        for (i, body) in bodies.iter().enumerate() {
+            if bodies[..i].iter().any(|other| other.name == body.name) {
+                return Err(Error::invalid(
+                    "name of a body",
+                    format!("{:?} twice", body.name),
+                    "distinct names",
+                ));
+            }
+        }
+        require_finite("G", &[gravitational_constant])?;
+        if gravitational_constant < 0.0 {
+            return Err(Error::invalid("G", gravitational_constant, "a finite number, zero or above"));
+        }
+        let tolerance = settings.gravity_tolerance;
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            return Err(Error::invalid("gravity_tolerance", tolerance, "a number between 0 and 1"));
+        }
+        if let Some(order) = settings.order
+            && !((1..=512).contains(&order.gauss) && (1..=1024).contains(&order.angles))
+        {
+            return Err(Error::invalid(
+                "order",
+                format!("({}, {})", order.gauss, order.angles),
+                "(n, m) with n from 1 to 512 and m from 1 to 1024",
+            ));
+        }
+        let arch = settings.vector_path.arch().ok_or_else(|| {
+            Error::invalid(
+                "vector_path",
+                format!("{:?}", settings.vector_path),
+                format!("one that this machine has: {:?}", VectorPath::available()),
+            )
+        })?;
+        // Focal and surface rules settle at round-off; below that there is nothing to gain.
+        let settings = Settings { gravity_tolerance: tolerance.max(1e-16), ..settings };
+        Ok(Self { bodies, gravitational_constant, settings, arch })
+    }
+
+    /// The bodies.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The gravitational constant.
+    pub fn gravitational_constant(&self) -> f64 {
+        self.gravitational_constant
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Where the numbers of this system's states lie in the integrator's vector.
+    pub fn layout(&self) -> Layout {
+        Layout { bodies: self.bodies.len(), chart: self.settings.attitude_chart }
+    }
+
+    /// Masses of the bodies.
+    pub fn masses(&self) -> Vec<f64> {
+        self.bodies.iter().map(|body| body.mass).collect()
+    }
+
+    /// The equations of motion.
+    pub fn dynamics(&self) -> Dynamics {
+        Dynamics::new(self)
+    }
+
+    /// Refuses states of another number of bodies, and bodies that overlap.
+    pub fn check(&self, state: &State) -> Result<()> {
+        if state.bodies() != self.bodies.len() {
+            return Err(Error::invalid(
+                "number of bodies in the state",
+                state.bodies(),
+                format!("{}, as in the system", self.bodies.len()),
+            ));
+        }
+        for (i, j) in self.pairs() {
+            self.check_apart(i, j, &pose(state, i, j), state.time)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_apart(&self, i: usize, j: usize, pose: &Pose, time: f64) -> Result<()> {
+        let (first, second) = (&self.bodies[i], &self.bodies[j]);
+        let apart = !overlap(
+            &first.shape,
+            &second.shape,
+            &pose.separation,
+            &pose.rotation_first,
+            &pose.rotation_second,
+        );
+        if apart {
+            Ok(())
+        } else {
+            Err(Error::BodiesOverlap { first: first.name.clone(), second: second.name.clone(), time })
+        }
+    }
+
+    /// Forces, torques and potential energy.
+    pub fn interactions(&self, state: &State) -> Result<BodyInteraction> {
+        self.check(state)?;
+        let n = self.bodies.len();
+        let mut result = BodyInteraction {
+            force: vec![Vec3::zeros(); n],
+            torque: vec![Vec3::zeros(); n],
+            potential_energy: 0.0,
+        };
+        for (i, j) in self.pairs() {
+            let pose = pose(state, i, j);
+            let mut pair = self.pair(i, j);
+            pair.prepare(&pose, 0.0)?;
+            let strength = self.strength(i, j);
+            let f = pair.interaction(&pose);
+            result.force[i] += strength * f.force_on_first;
+            result.force[j] -= strength * f.force_on_first;
+            result.torque[i] += strength * f.torque_first;
+            result.torque[j] += strength * f.torque_second;
+            result.potential_energy += strength * pair.potential_energy(&pose);
+        }
+        Ok(result)
+    }
+
+    /// Energy in its parts.
+    pub fn energy(&self, state: &State) -> Result<Energy> {
+        self.check(state)?;
+        let mut potential = 0.0;
+        for (i, j) in self.pairs() {
+            let pose = pose(state, i, j);
+            let mut pair = self.pair(i, j);
+            pair.prepare(&pose, 0.0)?;
+            potential += self.strength(i, j) * pair.potential_energy(&pose);
+        }
+        Ok(invariants::energy(self, state, potential))
+    }
+
+    /// Total linear momentum, inertial.
+    pub fn momentum(&self, state: &State) -> Result<Vec3> {
+        self.check(state)?;
+        Ok(invariants::momentum(self, state))
+    }
+
+    /// Total angular momentum about the origin, inertial.
+    pub fn angular_momentum(&self, state: &State) -> Result<Vec3> {
+        self.check(state)?;
+        Ok(invariants::angular_momentum(self, state))
+    }
+
+    /// G m_i m_j.
+    pub(super) fn strength(&self, i: usize, j: usize) -> f64 {
+        self.gravitational_constant * self.bodies[i].mass * self.bodies[j].mass
+    }
+
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let n = self.bodies.len();
+        (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
+    }
+
+    pub(super) fn pair(&self, i: usize, j: usize) -> Pair {
+        let gravity = |body: &Body| BodyGravity::new(&body.name, &body.shape);
+        let s = &self.settings;
+        let (first, second) = (gravity(&self.bodies[i]), gravity(&self.bodies[j]));
+        Pair::new(first, second, s.gravity, s.gravity_tolerance, s.order, self.arch)
+    }
+}
+
+/// The relative pose of two bodies of a state.
+fn pose(state: &State, i: usize, j: usize) -> Pose {
+    Pose {
+        separation: state.position[j] - state.position[i],
+        rotation_first: rotation::matrix(state.attitude[i]),
+        rotation_second: rotation::matrix(state.attitude[j]),
+    }
+}

@@ -1,0 +1,68 @@
+//! Step size control: proportional-integral, after Gustafsson (1991), ACM Trans. Math. Softw. 17, 533, with the limits of
+//! Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, section II.4.
+
+use crate::error::{Error, Result};
+
+/// Error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Relative to the present scale of each quantity.
+    pub relative: f64,
+    /// Relative to the scale at the start.
+    pub absolute: f64,
+}
+
+impl Tolerance {
+    /// Refuses what is not between 0 and 1, and two zeros.
+    pub fn new(relative: f64, absolute: f64) -> Result<Self> {
+        for (name, value) in [("rtol", relative), ("atol", absolute)] {
+            if !(0.0..1.0).contains(&value) {
+                return Err(Error::invalid(name, value, "a number from 0 to below 1"));
+            }
+        }
+        if relative + absolute == 0.0 {
+            return Err(Error::invalid("rtol and atol", "0 both", "at least one above zero"));
+        }
+        Ok(Self { relative, absolute })
+    }
+}
+
+/// The controller's memory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Controller {
+    /// Error of the last accepted step, in units of the tolerance.
+    pub previous: f64,
+    /// Whether the last attempt failed.
+    pub after_rejection: bool,
+}
+
+const SAFETY: f64 = 0.9;
+const PROPORTIONAL: f64 = 0.7;
+const INTEGRAL: f64 = 0.4;
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 5.0;
+
+impl Controller {
+    pub fn new() -> Self {
+        Self { previous: 1.0, after_rejection: false }
+    }
+
+    /// Factor for the next step after one with this error; remembers it.
+    pub fn accepted(&mut self, error: f64, error_order: u32) -> f64 {
+        let exponent = 1.0 / f64::from(error_order + 1);
+        // An error of exactly zero (free motion) says nothing about how far one may go.
+        let error = error.max(1e-10);
+        let factor = SAFETY * error.powf(-PROPORTIONAL * exponent) * self.previous.powf(INTEGRAL * exponent);
+        let limit = if self.after_rejection { 1.0 } else { GROW };
+        self.previous = error;
+        self.after_rejection = false;
+        factor.clamp(SHRINK, limit)
+    }
+
+    /// Factor for the next attempt after one with this error.
+    pub fn rejected(&mut self, error: f64, error_order: u32) -> f64 {
+        self.after_rejection = true;
+        let exponent = 1.0 / f64::from(error_order + 1);
+        if error.is_finite() { (SAFETY * error.powf(-exponent)).clamp(SHRINK, SAFETY) } else { SHRINK }
+    }
+}

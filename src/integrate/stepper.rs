@@ -1,0 +1,320 @@
+//! One integration: takes adaptive steps, keeps what rounding drops, interpolates.
+
+use super::control::{Controller, Tolerance};
+use super::tableau::Tableau;
+use crate::error::{Error, Result};
+use crate::math::compensated::{Compensated, two_sum};
+
+/// What an integrator needs to know of its equations.
+pub trait Equations {
+    /// Length of the vector.
+    fn dimension(&self) -> usize;
+
+    /// Called between steps, before a step of size `step` from an accepted vector. May allocate.
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()>;
+
+    /// Rates of change at a trial vector; `Err` says why it cannot be had there, and the step is tried shorter.
+    fn derivative(&mut self, time: f64, y: &[f64], rate: &mut [f64])
+    -> std::result::Result<(), &'static str>;
+
+    /// Size of a difference `v` at `y` in units of the tolerance.
+    fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
+
+    /// Brings an accepted vector back onto its constraints.
+    fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
+}
+
+/// Counts of an integration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Attempts that were rejected.
+    pub rejected: u64,
+    /// Evaluations of the rates of change.
+    pub evaluations: u64,
+}
+
+/// The state of an integration. Numbers only: two steppers that are equal go on equally.
+#[derive(Debug, Clone)]
+pub struct Stepper {
+    tableau: &'static Tableau,
+    tolerance: Tolerance,
+    time: Compensated,
+    high: Vec<f64>,
+    low: Vec<f64>,
+    /// Size of the next step; zero before the first.
+    next: f64,
+    controller: Controller,
+    statistics: Statistics,
+    /// Rates of the stages, one after the other.
+    stages: Vec<f64>,
+    /// Whether stage 0 holds the rate at the present vector.
+    fresh: bool,
+    trial: Vec<f64>,
+    /// The last step: where it began and how long it was.
+    last: LastStep,
+}
+
+#[derive(Debug, Clone)]
+struct LastStep {
+    time: f64,
+    size: f64,
+    high: Vec<f64>,
+    low: Vec<f64>,
+    /// Stages that have been computed.
+    known: usize,
+}
+
+impl Stepper {
+    /// At a time and a vector `high` + `low`.
+    pub fn new(
+        tableau: &'static Tableau,
+        tolerance: Tolerance,
+        time: f64,
+        high: Vec<f64>,
+        low: Vec<f64>,
+    ) -> Self {
+        let dimension = high.len();
+        let all_stages = tableau.a.len();
+        Self {
+            tableau,
+            tolerance,
+            time: Compensated::new(time),
+            next: 0.0,
+            controller: Controller::new(),
+            statistics: Statistics::default(),
+            stages: vec![0.0; all_stages * dimension],
+            fresh: false,
+            trial: vec![0.0; dimension],
+            last: LastStep { time, size: 0.0, high: high.clone(), low: low.clone(), known: 0 },
+            high,
+            low,
+        }
+    }
+
+    /// Present time.
+    pub fn time(&self) -> f64 {
+        self.time.value()
+    }
+
+    /// Present vector and what rounding dropped of it.
+    pub fn vector(&self) -> (&[f64], &[f64]) {
+        (&self.high, &self.low)
+    }
+
+    /// Where the last step began, and its size.
+    pub fn last_step(&self) -> (f64, f64) {
+        (self.last.time, self.last.size)
+    }
+
+    /// Counts so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// One accepted step towards `end`, never beyond it.
+    pub fn step(&mut self, equations: &mut impl Equations, end: f64) -> Result<()> {
+        let direction = if end >= self.time() { 1.0 } else { -1.0 };
+        if self.next == 0.0 {
+            self.next = self.first_step(equations, direction, end)?;
+        }
+        self.next = self.next.abs() * direction;
+        loop {
+            let (size, cut) = self.fit(end);
+            self.refuse_tiny(size, "the error tolerance cannot be met")?;
+            equations.prepare(self.time(), &self.high, size)?;
+            match self.attempt(equations, size) {
+                Ok(error) if error <= 1.0 => {
+                    self.accept(equations, size, end);
+                    let factor = self.controller.accepted(error, self.tableau.error_order);
+                    // A step cut short to end somewhere says nothing against the size that was planned.
+                    self.next =
+                        if cut { self.next.abs().max(size.abs() * factor) } else { size.abs() * factor };
+                    self.next *= direction;
+                    return Ok(());
+                }
+                Ok(error) => {
+                    self.statistics.rejected += 1;
+                    self.next = size * self.controller.rejected(error, self.tableau.error_order);
+                }
+                Err(reason) => {
+                    self.statistics.rejected += 1;
+                    self.next = size * self.controller.rejected(f64::INFINITY, self.tableau.error_order);
+                    self.refuse_tiny(self.next, reason)?;
+                }
+            }
+        }
+    }
+
+    /// The vector at a time within the last step, and its low part.
+    ///
+    /// Computes the interpolant's stages when first asked for in a step.
+    pub fn interpolate(&mut self, equations: &mut impl Equations, time: f64, out: &mut [f64]) -> Result<()> {
+        let Some(interpolant) = &self.tableau.interpolant else {
+            return Err(Error::invalid("integrator", self.tableau.name, "one with dense output"));
+        };
+        self.complete_stages(equations)?;
+        let dimension = self.high.len();
+        let theta = (time - self.last.time) / self.last.size;
+        out.fill(0.0);
+        for (stage, weights) in interpolant.weights.iter().enumerate() {
+            let weight = weights.iter().rev().fold(0.0, |sum, w| sum * theta + w) * self.last.size;
+            if weight != 0.0 {
+                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
+                out.iter_mut().zip(rates).for_each(|(o, k)| *o += weight * k);
+            }
+        }
+        for (o, (high, low)) in out.iter_mut().zip(self.last.high.iter().zip(&self.last.low)) {
+            *o = high + (low + *o);
+        }
+        Ok(())
+    }
+
+    fn complete_stages(&mut self, equations: &mut impl Equations) -> Result<()> {
+        let dimension = self.high.len();
+        while self.last.known < self.tableau.a.len() {
+            let stage = self.last.known;
+            self.fill_trial(stage, self.last.size);
+            let time = self.last.time + self.tableau.c[stage] * self.last.size;
+            let rates = &mut self.stages[stage * dimension..(stage + 1) * dimension];
+            self.statistics.evaluations += 1;
+            equations.derivative(time, &self.trial, rates).map_err(|reason| Error::StepSizeTooSmall {
+                time,
+                step: self.last.size,
+                reason: format!("{reason}, while interpolating"),
+            })?;
+            self.last.known += 1;
+        }
+        Ok(())
+    }
+
+    /// The planned step, shortened to end at `end` or stretched a little to avoid a tiny remainder.
+    fn fit(&self, end: f64) -> (f64, bool) {
+        let remaining = (end - self.time.high) - self.time.low;
+        if self.next.abs() >= remaining.abs() {
+            (remaining, true)
+        } else if 2.0 * self.next.abs() > remaining.abs() {
+            (0.5 * remaining, true)
+        } else {
+            (self.next, false)
+        }
+    }
+
+    fn refuse_tiny(&self, size: f64, reason: &str) -> Result<()> {
+        let time = self.time();
+        if size.abs() > 4.0 * f64::EPSILON * time.abs() && size.abs() > f64::MIN_POSITIVE {
+            Ok(())
+        } else {
+            Err(Error::StepSizeTooSmall { time, step: size, reason: reason.to_owned() })
+        }
+    }
+
+    /// Computes the stages and the trial vector's increments; gives the error in units of the tolerance.
+    fn attempt(
+        &mut self,
+        equations: &mut impl Equations,
+        size: f64,
+    ) -> std::result::Result<f64, &'static str> {
+        let dimension = self.high.len();
+        let time = self.time();
+        self.last.time = time;
+        self.last.size = size;
+        self.last.high.copy_from_slice(&self.high);
+        self.last.low.copy_from_slice(&self.low);
+        let first = usize::from(self.fresh);
+        self.last.known = first;
+        for stage in first..self.tableau.stages {
+            self.fill_trial(stage, size);
+            let rates = &mut self.stages[stage * dimension..(stage + 1) * dimension];
+            self.statistics.evaluations += 1;
+            equations.derivative(time + self.tableau.c[stage] * size, &self.trial, rates)?;
+            self.fresh = true;
+            self.last.known = stage + 1;
+        }
+        self.trial.fill(0.0);
+        for (stage, (b, b_hat)) in self.tableau.b.iter().zip(self.tableau.b_hat).enumerate() {
+            let weight = size * (b - b_hat);
+            if weight != 0.0 {
+                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
+                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += weight * k);
+            }
+        }
+        let error = equations.norm(&self.high, &self.trial, &self.tolerance);
+        if error.is_finite() { Ok(error) } else { Err("the error estimate is not finite") }
+    }
+
+    /// y + size sum_j a_ij k_j.
+    fn fill_trial(&mut self, stage: usize, size: f64) {
+        let dimension = self.high.len();
+        self.trial.fill(0.0);
+        for (j, &a) in self.tableau.a[stage].iter().enumerate() {
+            if a != 0.0 {
+                let rates = &self.stages[j * dimension..(j + 1) * dimension];
+                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += a * k);
+            }
+        }
+        for (t, (high, low)) in self.trial.iter_mut().zip(self.last.high.iter().zip(&self.last.low)) {
+            *t = high + (low + size * *t);
+        }
+    }
+
+    fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
+        let dimension = self.high.len();
+        self.trial.fill(0.0);
+        for (stage, &b) in self.tableau.b.iter().enumerate() {
+            if b != 0.0 {
+                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
+                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += b * k);
+            }
+        }
+        for (increment, (high, low)) in self.trial.iter().zip(self.high.iter_mut().zip(self.low.iter_mut())) {
+            let (sum, error) = two_sum(*high, size * increment);
+            let (sum, error) = two_sum(sum, error + *low);
+            (*high, *low) = (sum, error);
+        }
+        equations.restore(&mut self.high, &mut self.low);
+        let arrived = (end - self.time.high) - self.time.low == size;
+        if arrived {
+            self.time = Compensated::new(end);
+        } else {
+            self.time.add(size);
+        }
+        self.fresh = false;
+        self.statistics.steps += 1;
+    }
+
+    /// The starting step of Hairer, Norsett & Wanner, section II.4.
+    fn first_step(&mut self, equations: &mut impl Equations, direction: f64, end: f64) -> Result<f64> {
+        let dimension = self.high.len();
+        let remaining = (end - self.time()).abs();
+        let time = self.time();
+        equations.prepare(time, &self.high, 0.0)?;
+        let failed = |reason: &str| Error::StepSizeTooSmall { time, step: 0.0, reason: reason.to_owned() };
+        let unit = Tolerance { relative: 1.0, absolute: 0.0 };
+        let (first, rest) = self.stages.split_at_mut(dimension);
+        equations.derivative(time, &self.high, first).map_err(failed)?;
+        self.statistics.evaluations += 2;
+        // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
+        let rate = equations.norm(&self.high, first, &unit);
+        let guess = if rate > 0.0 { 0.01 / rate } else { remaining };
+        let guess = guess.min(remaining);
+        for (t, (y, k)) in self.trial.iter_mut().zip(self.high.iter().zip(first.iter())) {
+            *t = y + direction * guess * k;
+        }
+        let second = &mut rest[..dimension];
+        let curvature = match equations.derivative(time + direction * guess, &self.trial, second) {
+            Err(_) => f64::INFINITY,
+            Ok(()) => {
+                second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
+                equations.norm(&self.high, second, &unit)
+            }
+        };
+        self.fresh = true;
+        let exponent = 1.0 / f64::from(self.tableau.error_order + 1);
+        let tolerance = self.tolerance.relative + self.tolerance.absolute;
+        let scale = (curvature.sqrt()).max(rate);
+        let step = if scale > 0.0 { (0.01 * tolerance).powf(exponent) * 10.0 / scale } else { remaining };
+        Ok(direction * step.min(100.0 * guess).min(remaining).max(f64::MIN_POSITIVE))
+    }
+}

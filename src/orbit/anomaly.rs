@@ -1,0 +1,151 @@
+//! Kepler's equation: from the mean anomaly to the eccentric one, and back.
+//!
+//! Takes the eccentricity e != 1 as |1 - e| and e, which are not the same knowledge near e = 1; gives sines and
+//! cosines of the eccentric anomaly E (circular) or H (hyperbolic).
+//! Both equations are written as sums of positive terms,
+//!
+//!   M = (1 - e) E + e (E - sin E),     M = (e - 1) sinh H + (sinh H - H),
+//!
+//! so that nothing cancels near periapsis when e is near 1. The hyperbolic one is solved for sinh H: far out,
+//! H itself is too coarse a number (one unit of its last place is 1e-13 of the distance at H = 500).
+
+use crate::error::{Error, Result};
+use std::f64::consts::{PI, TAU};
+
+/// What the double nearest 2 pi lacks.
+const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
+
+/// A place on an orbit: functions of the eccentric anomaly, circular or hyperbolic.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EccentricPlace {
+    /// E in [-pi, pi], or H.
+    pub(super) anomaly: f64,
+    /// sin E or sinh H.
+    pub(super) sine: f64,
+    /// cos E or cosh H.
+    pub(super) cosine: f64,
+    /// 1 - cos E or cosh H - 1, without their cancellation.
+    pub(super) versine: f64,
+}
+
+impl EccentricPlace {
+    /// Solves Kepler's equation for any finite mean anomaly.
+    pub(super) fn from_mean(mean: f64, eccentricity: f64) -> Result<Self> {
+        let from_one = (1.0 - eccentricity).abs();
+        if eccentricity < 1.0 {
+            // The library's sine knows pi to all the digits that a large angle needs.
+            let nearest = if mean.abs() <= PI { mean } else { mean.sin().atan2(mean.cos()) };
+            let anomaly = elliptic(nearest.abs(), eccentricity, from_one)?.copysign(nearest);
+            let half = (0.5 * anomaly).sin();
+            Ok(Self { anomaly, sine: anomaly.sin(), cosine: anomaly.cos(), versine: 2.0 * half * half })
+        } else {
+            let sine = hyperbolic(mean.abs(), eccentricity, from_one)?.copysign(mean);
+            let cosine = sine.hypot(1.0);
+            Ok(Self { anomaly: sine.asinh(), sine, cosine, versine: sine * (sine / (1.0 + cosine)) })
+        }
+    }
+}
+
+/// M of E in [-pi, pi] on an ellipse with 1 - e = `from_one`.
+pub(super) fn elliptic_mean(anomaly: f64, eccentricity: f64, from_one: f64) -> f64 {
+    from_one * anomaly + eccentricity * cubic_and_higher(anomaly, -1.0)
+}
+
+/// M of sinh H on a hyperbola with e - 1 = `from_one`.
+pub(super) fn hyperbolic_mean(sine: f64, from_one: f64) -> f64 {
+    let anomaly = sine.asinh();
+    let beyond = if anomaly.abs() <= PI { cubic_and_higher(anomaly, 1.0) } else { sine - anomaly };
+    from_one * sine + beyond
+}
+
+/// An angle brought into [0, 2 pi); what lies nearer to 2 pi than a double can say becomes 0.
+pub(super) fn wrapped(angle: f64) -> f64 {
+    let turns = (angle / TAU).floor();
+    let inside = turns.mul_add(-TAU, turns.mul_add(-TAU_LOW, angle));
+    if (0.0..TAU).contains(&inside) { inside } else { 0.0 }
+}
+
+/// E in [0, pi] of M in [0, pi].
+fn elliptic(mean: f64, eccentricity: f64, from_one: f64) -> Result<f64> {
+    // e (E - sin E) <= M, and E - sin E >= E^3 / pi^2 up to E = pi.
+    let above = (mean / from_one).min((PI * PI * mean / eccentricity).cbrt()).min(mean + eccentricity);
+    root_from_above(mean, above, |x| {
+        let half = (0.5 * x).sin();
+        Curve {
+            value: elliptic_mean(x, eccentricity, from_one),
+            slope: from_one + eccentricity * (2.0 * half * half),
+            bend: eccentricity * x.sin(),
+        }
+    })
+}
+
+/// sinh H of M >= 0.
+fn hyperbolic(mean: f64, eccentricity: f64, from_one: f64) -> Result<f64> {
+    // e sinh H = M + H, and H^3 / 6 <= sinh H - H <= M / e.
+    let above = (mean / from_one).min((mean + (6.0 * mean / eccentricity).cbrt()) / eccentricity);
+    root_from_above(mean, above, |x| {
+        let cosine = x.hypot(1.0);
+        Curve {
+            value: hyperbolic_mean(x, from_one),
+            slope: from_one + (x / cosine) * (x / (1.0 + cosine)),
+            bend: x / cosine / cosine / cosine,
+        }
+    })
+}
+
+/// A function with its first two derivatives at a point.
+struct Curve {
+    value: f64,
+    slope: f64,
+    bend: f64,
+}
+
+/// The root of curve(x) = `target` in [0, `above`], where the curve rises from 0 and bends upwards.
+///
+/// Halley's step where it stays between the bounds known so far, half of the interval where it does not.
+fn root_from_above(target: f64, above: f64, curve: impl Fn(f64) -> Curve) -> Result<f64> {
+    const LIMIT: usize = 100;
+    if target == 0.0 {
+        return Ok(0.0);
+    }
+    let (mut low, mut high, mut x) = (0.0, above, above);
+    for _ in 0..LIMIT {
+        let Curve { value, slope, bend } = curve(x);
+        let excess = value - target;
+        if excess > 0.0 {
+            high = x;
+        } else {
+            low = x;
+        }
+        let newton = excess / slope;
+        let next = x - newton / (1.0 - 0.5 * newton * (bend / slope));
+        // The error falls as the cube of the step: below this, the next step would be round-off.
+        if (next - x).abs() <= 1e-8 * x {
+            return Ok(next);
+        }
+        if low < next && next < high {
+            x = next;
+        } else {
+            x = 0.5 * (low + high);
+            if x == low || x == high {
+                return Ok(x);
+            }
+        }
+    }
+    Err(Error::NotConverged {
+        what: "Kepler's equation".into(),
+        detail: format!("mean anomaly {target:e} after {LIMIT} steps"),
+    })
+}
+
+/// x - sin x (`sign` = -1) or sinh x - x (`sign` = 1) for |x| <= pi, to the last digits also for small x.
+fn cubic_and_higher(x: f64, sign: f64) -> f64 {
+    let square = sign * x * x;
+    // x^3/3! (1 + square/(4 5) (1 + square/(6 7) (...))): the term of 29! is below 1e-17 at x = pi.
+    let mut tail = 1.0;
+    for k in (2..=14).rev() {
+        let n = f64::from(2 * k);
+        tail = 1.0 + square / (n * (n + 1.0)) * tail;
+    }
+    x * x * x / 6.0 * tail
+}

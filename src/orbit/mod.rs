@@ -1,0 +1,11 @@
+//! Kepler's orbits: elements to and from Cartesian, and the anomalies between.
+//!
+//! Takes the position and velocity of one body relative to another and mu = G (m_1 + m_2), or six elements;
+//! gives the other of the two. Bodies that are not points have osculating elements: those of the orbit on
+//! which the pair would go on as points.
+
+mod anomaly;
+mod elements;
+mod osculating;
+
+pub use elements::KeplerElements;

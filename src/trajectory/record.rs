@@ -1,0 +1,55 @@
+//! The recorded run.
+
+use crate::dynamics::{Energy, State};
+use crate::math::Vec3;
+
+/// Samples of a run, flat and in C order: vectors are (K, N, 3), attitudes (K, N, 4).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trajectory {
+    /// Number of bodies.
+    pub bodies: usize,
+    /// Times (K,).
+    pub time: Vec<f64>,
+    /// Positions.
+    pub position: Vec<f64>,
+    /// Velocities.
+    pub velocity: Vec<f64>,
+    /// Attitudes.
+    pub attitude: Vec<f64>,
+    /// Spins, body frames.
+    pub spin: Vec<f64>,
+    /// Energies (K, 4): total, translational, rotational, potential.
+    pub energy: Vec<f64>,
+    /// Total angular momenta (K, 3).
+    pub angular_momentum: Vec<f64>,
+}
+
+impl Trajectory {
+    /// An empty record.
+    pub fn new(bodies: usize) -> Self {
+        Self { bodies, ..Self::default() }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether nothing has been recorded.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Adds a sample.
+    pub fn push(&mut self, state: &State, energy: &Energy, angular_momentum: &Vec3) {
+        self.time.push(state.time);
+        for body in 0..self.bodies {
+            self.position.extend_from_slice(state.position[body].as_slice());
+            self.velocity.extend_from_slice(state.velocity[body].as_slice());
+            self.attitude.extend_from_slice(&state.attitude[body]);
+            self.spin.extend_from_slice(state.spin[body].as_slice());
+        }
+        self.energy.extend([energy.total, energy.translational, energy.rotational, energy.potential]);
+        self.angular_momentum.extend_from_slice(angular_momentum.as_slice());
+    }
+}
