@@ -13,9 +13,10 @@ __all__ = ["Verner98"]
 class Verner98:
     """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9.
 
-    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale at the
-    start: positions against the nearest separation, velocities against their own size or that of a circular orbit there,
-    attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure numbers.
+    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale
+    at the start: positions against the nearest separation, velocities against their own size or that of a circular
+    orbit there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure
+    numbers.
 
     Parameters
     ----------

@@ -122,46 +122,14 @@ def load(path: Any) -> Run:
 
 def _describe(system: System, integrator: Verner98) -> dict[str, Any]:
     """The set-up as JSON; floats keep all their digits there."""
-    units = system._units
-
-    def body(body: Body, index: int) -> dict[str, Any]:
-        axes = body.shape.semi_axes
-        fields = getattr(body.shape, "__slots__", ())
-        size = {} if axes is None else {f: float(units.strip(getattr(body.shape, f), "length", f)) for f in fields}
-        return {
-            "name": body.name,
-            "shape": type(body.shape).__name__,
-            "size": size,
-            "mass": body._core(units, index).mass,
-        }
-
-    return {
-        "bodies": [body(b, i) for i, b in enumerate(system.bodies)],
-        "G": system._G,
-        "units": units.names,
-        "options": system.options,
-        "integrator": {"name": type(integrator).__name__, "rtol": integrator.rtol, "atol": integrator.atol},
-    }
+    settings = {"name": type(integrator).__name__, "rtol": integrator.rtol, "atol": integrator.atol}
+    return {**system._describe(), "integrator": settings}
 
 
 def _restore(setup: dict[str, Any]) -> tuple[System, Verner98]:
     units = None if setup["units"] is None else tuple(setup["units"])
-    attach = _attacher(units)
-    bodies = [
-        Body(
-            _SHAPES[b["shape"]](**{name: attach(value, "length") for name, value in b["size"].items()}),
-            mass=attach(b["mass"], "mass"),
-            name=b["name"],
-        )
-        for b in setup["bodies"]
-    ]
+    bodies = [Body(_SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in setup["bodies"]]
     options = dict(setup["options"])
     options["order"] = None if options["order"] is None else tuple(options["order"])
     system = System(bodies, setup["G"], units=units, **options)
     return system, Verner98(setup["integrator"]["rtol"], setup["integrator"]["atol"])
-
-
-def _attacher(units: Any) -> Any:
-    from ._units import Units
-
-    return Units(units).attach

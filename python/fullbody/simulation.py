@@ -75,7 +75,7 @@ class Simulation:
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
-        """The quadrature in force for each pair: the bodies, the one integrated over, its number of points and its order."""
+        """The quadrature in force for each pair: bodies, the one integrated over, number of points, order."""
         names = self._system.names
         return [
             {"pair": (names[i], names[j]), "integrated": names[k], "points": points, "order": order}

@@ -25,8 +25,8 @@ class State:
     velocity : array_like or Quantity, (N, 3)
         Velocities of the centres, inertial frame.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length. Without
-        them the body frames are parallel to the inertial one.
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length.
+        Without them the body frames are parallel to the inertial one.
     spin : array_like or Quantity, (N, 3), optional
         Angular velocities in the body frames, radians per unit time; zero if not given.
     time : float or Quantity

@@ -75,8 +75,8 @@ class System:
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
     vector_path : {"auto", "portable", "avx2", "avx512"}
-        Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on every
-        machine.
+        Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
+        every machine.
 
     Raises
     ------
@@ -262,7 +262,8 @@ class System:
         until : float or Quantity
             End of the run; before ``state.time`` to run backwards.
         output : None, float, Quantity or array_like
-            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those times.
+            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
+            times.
         integrator : Verner98, optional
         progress : bool or callable
             ``True`` for a progress bar; or a function of (start, time, end), called at most every 50 ms.
@@ -298,14 +299,29 @@ class System:
     def __len__(self) -> int:
         return len(self._bodies)
 
+    def _describe(self) -> dict[str, Any]:
+        """The system in numbers of its own units."""
+
+        def size(shape: Any) -> dict[str, float]:
+            names = getattr(shape, "__slots__", ())
+            return {name: float(self._units.strip(getattr(shape, name), "length", name)) for name in names}
+
+        bodies = [
+            {
+                "name": body.name,
+                "shape": type(body.shape).__name__,
+                "size": size(body.shape),
+                "mass": body._core(self._units, index).mass,
+            }
+            for index, body in enumerate(self._bodies)
+        ]
+        return {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
+
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, System) and self._key() == other._key()
+        return isinstance(other, System) and self._describe() == other._describe()
 
     def __hash__(self) -> int:
         return hash(repr(self))
-
-    def _key(self) -> tuple[object, ...]:
-        return (self._bodies, self._G, self._units, self._options)
 
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"

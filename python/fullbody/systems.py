@@ -1,6 +1,7 @@
 """Ready-made systems, each with its source.
 
-Each function gives ``(system, state)``. Options of :class:`fullbody.System` (``gravity=``, ``order=``, ...) are passed on.
+Each function gives ``(system, state)``. Options of :class:`fullbody.System` (``gravity=``, ``order=``, ...) are passed
+on.
 """
 
 from __future__ import annotations
@@ -39,9 +40,10 @@ def kw4_ho2021(
     """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
 
     Alpha starts at rest at the origin with phi = 3.2 degrees; Beta carries the whole relative state of
-    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts elements referred to the
-    plane of the sky (Ostro et al. 2006) beside spins along the inertial z-axis: the orbit is retrograde to both spins
-    (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator. :func:`kw4` is that one.
+    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts elements referred to
+    the plane of the sky (Ostro et al. 2006) beside spins along the inertial z-axis: the orbit is retrograde to both
+    spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator. :func:`kw4` is that
+    one.
 
     Parameters
     ----------
@@ -88,10 +90,10 @@ def kw4(
 ) -> tuple[System, State]:
     """The physical (66391) 1999 KW4: prograde, near Alpha's equator, Beta synchronous.
 
-    Bodies, masses, a and e are those of :func:`kw4_ho2021`. The orbit's plane is the xy-plane; Alpha's pole is tilted by
-    3.2 degrees from its normal (nominal; Ostro et al. 2006 give 0 to 7.5 degrees); Beta's long axis points at Alpha and
-    its spin is the orbit's mean rate. The barycentre rests at the origin. Assumed, since it is not published: periapsis at
-    the start on the x-axis, and Alpha's tilt about that axis.
+    Bodies, masses, a and e are those of :func:`kw4_ho2021`. The orbit's plane is the xy-plane; Alpha's pole is tilted
+    by 3.2 degrees from its normal (nominal; Ostro et al. 2006 give 0 to 7.5 degrees); Beta's long axis points at Alpha
+    and its spin is the orbit's mean rate. The barycentre rests at the origin. Assumed, since it is not published:
+    periapsis at the start on the x-axis, and Alpha's tilt about that axis.
 
     Parameters
     ----------
@@ -133,8 +135,8 @@ def kw4(
 def case1(**options: Any) -> tuple[System, State]:
     """The paper's case 1: two oblate spheroids without spin, tilted about x; they begin to tumble near t = 75.
 
-    Under a half turn about z the system maps onto itself with the bodies swapped: z stays zero, and the growing z-motion of
-    the paper is round-off.
+    Under a half turn about z the system maps onto itself with the bodies swapped: z stays zero, and the growing
+    z-motion of the paper is round-off.
 
     Parameters
     ----------
