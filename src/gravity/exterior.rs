@@ -67,7 +67,7 @@ impl ExteriorField {
 }
 
 fn one_point(kernel: impl FieldKernel, x: &Vec3) -> (f64, Vec3) {
-    let lanes = |v| Lanes::new(Scalar, v);
+    let lanes = |v| Lanes::splat(Scalar, v);
     let (excess, rd) = kernel.excess_potential([lanes(x.x), lanes(x.y), lanes(x.z)]);
-    (excess.raw, Vec3::new(rd[0].raw, rd[1].raw, rd[2].raw))
+    (excess.first(), Vec3::new(rd[0].first(), rd[1].first(), rd[2].first()))
 }

@@ -13,7 +13,7 @@
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Total, dot, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -59,13 +59,12 @@ fn surface_point<S: Simd>(
 ) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
     let c = |value| unit[0].constant(value);
     let y = [unit[0] * c(semi_axes[0]), unit[1] * c(semi_axes[1]), unit[2] * c(semi_axes[2])];
-    let turn = &roles.turn;
-    let x = [0, 1, 2].map(|i| {
-        y[0].mul_add(
-            c(turn[(i, 0)]),
-            y[1].mul_add(c(turn[(i, 1)]), y[2].mul_add(c(turn[(i, 2)]), c(roles.origin[i]))),
-        )
-    });
+    let mut x = [c(roles.origin.x), c(roles.origin.y), c(roles.origin.z)];
+    for i in 0..3 {
+        for k in 0..3 {
+            x[i] = y[k].mul_add(c(roles.turn[(i, k)]), x[i]);
+        }
+    }
     (y, x)
 }
 
@@ -89,15 +88,16 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [Moments; 2] {
         let [u, v, w] = &self.nodes.points;
-        let ((u, _), (v, _), (w, _)) = (S::as_simd_f64s(u), S::as_simd_f64s(v), S::as_simd_f64s(w));
-        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
         let origin = self.roles.origin;
         let centre = splat(origin.norm());
-        let twice_origin = (self.roles.turn.transpose() * origin * 2.0).map(|v| v);
-        let (mut first, mut second) = ([[splat(0.0); 3]; 2], [[splat(0.0); 3]; 2]);
-        for (((&u, &v), &w), &weight) in u.iter().zip(v).zip(w).zip(weights) {
-            let unit = [Lanes::new(simd, u), Lanes::new(simd, v), Lanes::new(simd, w)];
+        let twice_origin = self.roles.turn.transpose() * origin * 2.0;
+        let zero = Total::zero(simd);
+        let (mut first, mut second) = ([[zero; 3]; 2], [[zero; 3]; 2]);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
             let (excess, _) = self.kernel.excess_potential(x);
             // |x|^2 - |x_0|^2 = y . (y + 2 x_0), then 1/|x| - 1/|x_0| without cancellation.
@@ -105,20 +105,21 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
             for i in 0..3 {
                 gain = y[i].mul_add(y[i] + splat(twice_origin[i]), gain);
             }
-            let distance = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2])).sqrt();
+            let distance = dot(x, x).sqrt();
             let monopole = -gain / (distance * centre * (distance + centre));
-            let weight = Lanes::new(simd, weight);
             let parts = [weight * monopole, weight * excess];
             for i in 0..3 {
                 let product = unit[(i + 1) % 3] * unit[(i + 2) % 3];
                 for (part, f) in parts.into_iter().enumerate() {
-                    first[part][i] = f.mul_add(unit[i], first[part][i]);
-                    second[part][i] = f.mul_add(product, second[part][i]);
+                    first[part][i].add_product(f, unit[i]);
+                    second[part][i].add_product(f, product);
                 }
             }
         }
-        let total = |v: [Lanes<S>; 3]| Vec3::new(v[0].reduce_sum(), v[1].reduce_sum(), v[2].reduce_sum());
-        [0, 1].map(|part| Moments { first: total(first[part]), second: total(second[part]) })
+        [
+            Moments { first: total_vector(first[0]), second: total_vector(second[0]) },
+            Moments { first: total_vector(first[1]), second: total_vector(second[1]) },
+        ]
     }
 }
 
@@ -135,19 +136,20 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let [u, v, w] = &self.nodes.points;
-        let ((u, _), (v, _), (w, _)) = (S::as_simd_f64s(u), S::as_simd_f64s(v), S::as_simd_f64s(w));
-        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
         let turn = &self.roles.turn;
-        let mut sum = splat(0.0);
-        for (((&u, &v), &w), &weight) in u.iter().zip(v).zip(w).zip(weights) {
-            let unit = [Lanes::new(simd, u), Lanes::new(simd, v), Lanes::new(simd, w)];
+        let mut sum = Total::zero(simd);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
             let (excess, rd) = self.kernel.excess_potential(x);
-            let distance = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2])).sqrt();
+            let distance = dot(x, x).sqrt();
             let phi = splat(1.0) / distance + excess;
             // n . g with n = u_i / a_i in the surface's frame, turned into the field's; g_i = -x_i R_i.
-            let normal = [0, 1, 2].map(|i| unit[i] * splat(1.0 / self.semi_axes[i]));
+            let [a, b, c] = self.semi_axes;
+            let normal = [unit[0] * splat(1.0 / a), unit[1] * splat(1.0 / b), unit[2] * splat(1.0 / c)];
             let mut flux = splat(0.0);
             for i in 0..3 {
                 let n = normal[0].mul_add(
@@ -156,9 +158,9 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
                 );
                 flux = (n * x[i]).mul_add(-rd[i], flux);
             }
-            let y2 = y[0].mul_add(y[0], y[1].mul_add(y[1], y[2] * y[2]));
-            sum = Lanes::new(simd, weight).mul_add(phi - splat(0.5) * y2 * flux, sum);
+            let y2 = dot(y, y);
+            sum.add_product(weight, phi - splat(0.5) * y2 * flux);
         }
-        sum.reduce_sum()
+        sum.value()
     }
 }

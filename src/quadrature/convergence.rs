@@ -111,8 +111,8 @@ pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3
 }
 
 fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
-    let square = |v: f64| Lanes::new(Scalar, v * v);
-    crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).raw
+    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
 }
 
 /// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.
