@@ -79,6 +79,7 @@ def save(run: Run, path: Any) -> None:
     os.close(handle)
     try:
         dataset.to_netcdf(temporary, engine="h5netcdf")
+        os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
@@ -133,3 +134,10 @@ def _restore(setup: dict[str, Any]) -> tuple[System, Verner98]:
     options["order"] = None if options["order"] is None else tuple(options["order"])
     system = System(bodies, setup["G"], units=units, **options)
     return system, Verner98(setup["integrator"]["rtol"], setup["integrator"]["atol"])
+
+
+def _umask() -> int:
+    """The process's umask, which can only be read by setting it."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,8 @@ class Statistics:
 class Run:
     """What an integration recorded; K samples of N bodies.
 
-    ``run[k]`` is a :class:`State`. Arrays are read-only views; Quantities where the system has units.
+    ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run`.
+    Arrays are read-only views; Quantities where the system has units.
 
     Attributes
     ----------
@@ -178,7 +179,14 @@ class Run:
     def __len__(self) -> int:
         return len(self._record["time"])
 
-    def __getitem__(self, index: int) -> State:
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> Run: ...
+    def __getitem__(self, index: int | slice) -> State | Run:
+        if isinstance(index, slice):
+            record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
+            return Run(self.system, record, self.statistics, self.integrator)
         r = self._record
         core = _core.State(
             float(r["time"][index]),

@@ -97,7 +97,7 @@ class Simulation:
         ----------
         until : float or Quantity
         output : None, float, Quantity or array_like
-        progress : bool or callable
+        progress : bool, str or callable
 
         Returns
         -------
@@ -150,7 +150,8 @@ class _Bar:
         from tqdm.auto import tqdm
 
         layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
-        self._bar = tqdm(total=1.0, bar_format=layout)
+        label = self._progress if isinstance(self._progress, str) else None
+        self._bar = tqdm(total=1.0, desc=label, bar_format=layout)
         return self._update
 
     def _update(self, start: float, time: float, end: float) -> None:

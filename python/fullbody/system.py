@@ -265,8 +265,8 @@ class System:
             ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
             times.
         integrator : Verner98, optional
-        progress : bool or callable
-            ``True`` for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+        progress : bool, str or callable
+            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
 
         Returns
         -------

@@ -61,6 +61,16 @@ impl PySimulation {
         self.inner.dynamics().pairs().filter_map(rule).collect()
     }
 
+    /// Shortest time of an evaluation of the rates of change at the present state, seconds.
+    fn time_evaluation(&mut self, py: Python<'_>, number: usize, repeats: usize) -> Result<f64, Error> {
+        py.detach(|| self.inner.time_evaluation(number, repeats))
+    }
+
+    /// Shortest time of an interaction of the first pair at the present state, seconds.
+    fn time_interaction(&self, py: Python<'_>, number: usize, repeats: usize) -> f64 {
+        py.detach(|| self.inner.time_interaction(number, repeats))
+    }
+
     fn step(&mut self, py: Python<'_>, end: f64) -> Result<(), Error> {
         py.detach(|| self.inner.step(end))
     }
