@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
+import uuid
 from pathlib import Path
 from typing import Any
 
@@ -75,14 +75,12 @@ def save(run: Run, path: Any) -> None:
     path = Path(path)
     dataset = run.to_xarray()
     # A file of that name is either the old one or the whole new one, never half of it.
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    os.close(handle)
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
         dataset.to_netcdf(temporary, engine="h5netcdf")
-        os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except BaseException:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
 
 
@@ -134,10 +132,3 @@ def _restore(setup: dict[str, Any]) -> tuple[System, Verner98]:
     options["order"] = None if options["order"] is None else tuple(options["order"])
     system = System(bodies, setup["G"], units=units, **options)
     return system, Verner98(setup["integrator"]["rtol"], setup["integrator"]["atol"])
-
-
-def _umask() -> int:
-    """The process's umask, which can only be read by setting it."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
