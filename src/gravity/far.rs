@@ -158,8 +158,18 @@ impl Far<'_> {
             let w = eta + c(1.0);
             let slope = q.mul_add(w, p);
             let f = eta - w * w * slope;
-            let derivative = c(1.0) - w * (slope + slope + q * w);
-            eta = eta - f / derivative;
+            // The derivative of f is 1 - d.
+            let d = w * (slope + slope + q * w);
+            let correction = if self.cut.newton == 1 {
+                // So small a d that (1 + d) (1 + d^2) (1 + d^4) is the reciprocal.
+                let d2 = d * d;
+                let d4 = d2 * d2;
+                let partial = d.mul_add(d2, d) + d2;
+                f * d4.mul_add(partial + c(1.0), partial + c(1.0))
+            } else {
+                f / (c(1.0) - d)
+            };
+            eta = eta - correction;
         }
         (eta, inverse)
     }

@@ -5,10 +5,11 @@
 //!
 //!   F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
 //!
-//! A constant part of Phi contributes nothing to force and torque but round-off. It is left out: Phi less its monopole
-//! at the centre, taken apart as (1/|x| - 1/|x_0|) + K, K = Phi - 1/|x|, without cancellation, x_0 the centre.
-//! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, again without
-//! cancellation; with the rest it still makes up M_A + M_B + r x F_B = 0.
+//! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in closed form:
+//! they give no force and the force -x_0/|x_0|^3, and no torque, but would drown the rest in their round-off. What is
+//! summed is the monopole beyond its linear part, and K - K(x_0) with K = Phi - 1/|x|, both without cancellation.
+//! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, without the
+//! round-off of the monopole's lever; with the rest it still makes up M_A + M_B + r x F_B = 0.
 
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
@@ -32,8 +33,9 @@ pub(super) fn force_and_torque(
     let force = |m: &Moments| roles.turn * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
     let torque = |m: &Moments| roles.turn * (3.0 * lever.component_mul(&m.second));
     let (force_excess, torque_excess) = (force(&excess), torque(&excess));
+    let r = roles.origin.norm();
     Balance {
-        force: force(&monopole) + force_excess,
+        force: force(&monopole) - roles.origin / r / r / r + force_excess,
         torque: torque(&monopole) + torque_excess,
         torque_field: -(torque_excess + roles.origin.cross(&force_excess)),
     }
@@ -92,22 +94,29 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
         let weights = Lanes::blocks(simd, &self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
         let origin = self.roles.origin;
-        let centre = splat(origin.norm());
+        let inverse_centre = splat(1.0 / origin.norm());
+        let inverse_square = inverse_centre * inverse_centre;
+        let half_inverse_centre = splat(0.5) * inverse_centre;
         let twice_origin = self.roles.turn.transpose() * origin * 2.0;
+        let at_centre = [splat(origin.x), splat(origin.y), splat(origin.z)];
+        let (excess_at_centre, _) = self.kernel.excess_potential(at_centre);
         let zero = Total::zero(simd);
         let (mut first, mut second) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
             let (excess, _) = self.kernel.excess_potential(x);
-            // |x|^2 - |x_0|^2 = y . (y + 2 x_0), then 1/|x| - 1/|x_0| without cancellation.
+            // With s = |x|/|x_0| and s^2 - 1 = y . (y + 2 x_0)/|x_0|^2, the monopole beyond its linear part is
+            // ((s - 1)^2 (s + 2)/s - y^2/|x_0|^2) / (2 |x_0|).
             let mut gain = splat(0.0);
             for i in 0..3 {
                 gain = y[i].mul_add(y[i] + splat(twice_origin[i]), gain);
             }
-            let distance = dot(x, x).sqrt();
-            let monopole = -gain / (distance * centre * (distance + centre));
-            let parts = [weight * monopole, weight * excess];
+            let s = dot(x, x).sqrt() * inverse_centre;
+            let beyond = gain * inverse_square / (s + splat(1.0));
+            let monopole = beyond * beyond * (s + splat(2.0)) / s - dot(y, y) * inverse_square;
+            let monopole = monopole * half_inverse_centre;
+            let parts = [weight * monopole, weight * (excess - excess_at_centre)];
             for i in 0..3 {
                 let product = unit[(i + 1) % 3] * unit[(i + 2) % 3];
                 for (part, f) in parts.into_iter().enumerate() {

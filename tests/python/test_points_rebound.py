@@ -39,19 +39,34 @@ def system_of(kind, masses, **options):
     return fullbody.System(bodies, G=1.0, **options)
 
 
+#: Tolerance, what it leaves of the positions in 100 orbits (a = 1), and of the energy. The default leaves 2.4e-9 at
+#: e = 0.7 where the bodies move fast, 7e-10 after whole periods; IAS15's own error is 5e-13.
+SETTINGS = {
+    "default": (1e-13, 4e-9, 1e-11),
+    "tight": (1e-14, 2e-10, 1e-12),
+    "tightest": (1e-15, 1e-11, 5e-14),
+}
+
+
 @pytest.mark.parametrize("kind", ["points", "spheres"])
 @pytest.mark.parametrize("e", [0.5, 0.6, 0.7])
-def test_hundred_eccentric_orbits(kind, e):
+@pytest.mark.parametrize(("tolerance", "limit", "drift"), SETTINGS.values(), ids=SETTINGS)
+def test_hundred_eccentric_orbits(kind, e, tolerance, limit, drift):
     masses, position, velocity, period = eccentric_pair(e)
     times = np.array([0.0, 0.37, 1.0, 10.25, 50.5, 99.63, 100.0]) * period
-    run = system_of(kind, masses).integrate(fullbody.State(position, velocity), times[-1], output=times)
+    run = system_of(kind, masses).integrate(
+        fullbody.State(position, velocity),
+        times[-1],
+        output=times,
+        integrator=fullbody.Verner98(rtol=tolerance, atol=tolerance),
+    )
     expected = ias15(masses, position, velocity, times)
-    assert np.abs(run.position - expected).max() < 1e-11  # a = 1
+    assert np.abs(run.position - expected).max() < limit
     # IAS15 apart: after whole periods the bodies are where they began.
-    assert np.abs(run.position[-1] - position).max() < 1e-11
-    assert np.abs(run.energy_drift).max() < 2e-14
+    assert np.abs(run.position[-1] - position).max() < min(limit, 1e-9)
+    assert np.abs(run.energy_drift).max() < drift
     # The barycentre rests.
-    assert np.abs(np.tensordot(run.position, masses, axes=([1], [0]))).max() < 1e-13
+    assert np.abs(np.tensordot(run.position, masses, axes=([1], [0]))).max() < 3e-13
 
 
 def test_comparison_can_fail():
@@ -61,16 +76,22 @@ def test_comparison_can_fail():
 
 
 @pytest.mark.parametrize("kind", ["points", "spheres"])
-def test_three_bodies(kind):
+@pytest.mark.parametrize(("tolerance", "limit", "drift"), SETTINGS.values(), ids=SETTINGS)
+def test_three_bodies(kind, tolerance, limit, drift):
     """A hierarchical triple, not coplanar, 100 inner orbits."""
     masses = (1.0, 0.3, 0.5)
     _, position, velocity, period = eccentric_pair(0.5)
     position = np.vstack([position, [0.0, 6.0, 2.0]])
     velocity = np.vstack([velocity, [-0.45, 0.0, 0.2]])
     times = np.linspace(0.0, 100 * period, 11)
-    run = system_of(kind, masses).integrate(fullbody.State(position, velocity), times[-1], output=times)
-    assert np.abs(run.position - ias15(masses, position, velocity, times)).max() < 1e-9
-    assert np.abs(run.energy_drift).max() < 1e-13
+    run = system_of(kind, masses).integrate(
+        fullbody.State(position, velocity),
+        times[-1],
+        output=times,
+        integrator=fullbody.Verner98(rtol=tolerance, atol=tolerance),
+    )
+    assert np.abs(run.position - ias15(masses, position, velocity, times)).max() < limit
+    assert np.abs(run.energy_drift).max() < drift
     assert run.angular_momentum_drift.max() < 1e-13
 
 
@@ -84,7 +105,8 @@ def test_spheres_pull_like_points(gravity):
     assert worst(one.force, other.force) < 4e-16
     assert one.potential_energy == pytest.approx(other.potential_energy, rel=4e-16)
     assert np.abs(one.torque).max() < 1e-17
-    ends = [s.integrate(state, 10 * period, output=[10 * period]) for s in (spheres, bare)]
+    tight = fullbody.Verner98(rtol=1e-15, atol=1e-15)
+    ends = [s.integrate(state, 10 * period, output=[10 * period], integrator=tight) for s in (spheres, bare)]
     assert np.abs(ends[0].position - ends[1].position).max() < 1e-12
     # Without torque a sphere's spin stays.
     assert worst(ends[0].spin[0], state.spin) < 1e-15

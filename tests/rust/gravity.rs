@@ -235,8 +235,8 @@ impl<K: FieldKernel> WithSimd for Evaluate<'_, K> {
                 }
             }
             // Both calls have the same R_i, up to the order of rounding.
-            for i in 0..3 {
-                assert!((rd[i] - field.rd[i]).abs().reduce_max() <= 4e-15 * rd[i].reduce_max());
+            for (one, other) in rd.into_iter().zip(field.rd) {
+                assert!((one - other).abs().reduce_max() <= 4e-15 * one.reduce_max());
             }
         }
         out.into_iter()
@@ -375,7 +375,10 @@ fn inner_points_and_no_points_are_refused() {
     }
     for value in [f64::NAN, f64::INFINITY] {
         let message = refusal(body.potential(&Vec3::new(3.0, value, 0.0)));
-        assert_eq!(message, format!("point, component 1, is {value}; expected a finite number"));
+        assert_eq!(
+            message,
+            format!("point in the field of Alpha, component 1, is {value}; expected a finite number")
+        );
     }
     let point = ExteriorField::new(&Body::with_mass("dust", Shape::Point, 1.0).unwrap(), 1.0);
     assert!(refusal(point.field(&Vec3::zeros())).contains("centre of a point mass"));

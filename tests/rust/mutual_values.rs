@@ -135,8 +135,8 @@ fn error_of_the_series_falls_as_theory_says() {
             ]
         };
         // Far enough for the next term to rule, near enough to stay above round-off.
-        let (near, far) = if degree < 6 { (12.0, 24.0) } else { (7.0, 11.0) };
-        let slopes = [0, 1, 2].map(|i| (error(near)[i] / error(far)[i]).ln() / (far / near as f64).ln());
+        let (near, far): (f64, f64) = if degree < 6 { (12.0, 24.0) } else { (7.0, 11.0) };
+        let slopes = [0, 1, 2].map(|i| (error(near)[i] / error(far)[i]).ln() / (far / near).ln());
         let n = degree as f64;
         // The torque has lost its leading term to symmetry: one order pair less.
         for (slope, expected) in slopes.into_iter().zip([n + 2.0, n, n + 2.0]) {
