@@ -53,9 +53,10 @@ fmt:  ## formats everything
 	$(BIN)/ruff format python tests benches
 	$(BIN)/ruff check --fix python tests benches
 
-bench: $(VENV)/.dev  ## speed: criterion for the core, and the table beside numpy and scipy
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
+	$(BIN)/python benches/instructions.py
 
 clean:  ## removes what was built
 	rm -rf target $(VENV) out dist

@@ -112,7 +112,7 @@ def main() -> None:
             options = {"gravity": method, "gravity_tolerance": tolerance, "vector_path": path}
             sim = fullbody.Simulation(system.with_options(**options), state)
             sim.step()
-            seconds = sim._core.time_interaction(2000 if quick else 20000, repeats)
+            seconds = sim.time_interaction(2000 if quick else 20000, repeats)
             nodes = sim.quadrature[0]["points"] if sim.quadrature else 0
             ratio = numpy_time / seconds
             print(f"  {method:<14}{tolerance:>10.0e}{path:>10}{nodes:>7}{seconds * 1e6:>10.3f}{ratio:>14.0f}")

@@ -8,6 +8,8 @@ import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
 
+__all__: list[str]
+
 @final
 class Body:
     def __new__(

@@ -114,16 +114,10 @@ fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
 }
 
 /// How much of a series a distance needs; the default is the monopole.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FarCut {
     terms: usize,
     newton: u32,
-}
-
-impl Default for FarCut {
-    fn default() -> Self {
-        Self { terms: 0, newton: 0 }
-    }
 }
 
 /// [`FarSeries`] with a cut.

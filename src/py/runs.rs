@@ -9,6 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 
+type RuleRow = (usize, usize, usize, usize, (usize, usize));
+
 /// The stepping object.
 #[pyclass(name = "Simulation", module = "fullbody._core")]
 pub struct PySimulation {
@@ -52,7 +54,7 @@ impl PySimulation {
 
     /// The quadrature in force for each pair: (i, j, integrated body, points, (n, m)).
     #[getter]
-    fn rules(&self) -> Vec<(usize, usize, usize, usize, (usize, usize))> {
+    fn rules(&self) -> Vec<RuleRow> {
         let rule = |(i, j, pair): (usize, usize, &crate::mutual::Pair)| {
             let rule = pair.rule()?;
             let integrated = if rule.integrated == 0 { i } else { j };

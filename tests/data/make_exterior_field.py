@@ -43,8 +43,8 @@ def exterior(axes, x):
     smallest = axes.index(c)
     rest = [s for i, s in enumerate(shifted) if i != smallest]
     weight = lambda v: 2 / mp.sqrt((v * v + rest[0]) * (v * v + rest[1]))
-    potential = mp.mpf(3) / 4 * integral(
-        lambda v: weight(v) * (1 - mp.fsum(xi**2 / (v * v + s) for xi, s in zip(x, shifted)))
+    potential = (
+        mp.mpf(3) / 4 * integral(lambda v: weight(v) * (1 - mp.fsum(xi**2 / (v * v + s) for xi, s in zip(x, shifted))))
     )
     field = [-mp.mpf(3) / 2 * xi * integral(lambda v: weight(v) / (v * v + s)) for xi, s in zip(x, shifted)]
     return kappa, potential, field

@@ -71,7 +71,9 @@ def test_hundred_eccentric_orbits(kind, e, tolerance, limit, drift):
 
 def test_comparison_can_fail():
     masses, position, velocity, period = eccentric_pair(0.6)
-    run = points(1.0, 0.3 * (1 + 1e-9)).integrate(fullbody.State(position, velocity), 100 * period, output=[100 * period])
+    run = points(1.0, 0.3 * (1 + 1e-9)).integrate(
+        fullbody.State(position, velocity), 100 * period, output=[100 * period]
+    )
     assert np.abs(run.position[0] - position).max() > 1e-8
 
 
