@@ -8,7 +8,17 @@ import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
 
-__all__: list[str]
+__all__ = [
+    "Body",
+    "Simulation",
+    "State",
+    "System",
+    "cartesian_to_elements",
+    "elements_to_cartesian",
+    "exterior_gravity",
+    "period",
+    "vector_paths",
+]
 
 @final
 class Body:

@@ -195,7 +195,7 @@ def test_elements_of_a_run():
     system = fullbody.System(bodies, G=2.0)
     orbit = KeplerElements(1.2, 0.3, 0.4, 0.5, 0.6, 0.7)
     r, v = orbit.to_cartesian(3.0)
-    run = system.integrate(fullbody.State([[1, 2, 3], r + [1, 2, 3]], [[0, 0, 0], v]), 4.0, output=0.5)
+    run = system.integrate(fullbody.State(np.add([[0, 0, 0], r], [1, 2, 3]), [[0, 0, 0], v]), 4.0, output=0.5)
     k = run.elements()
     assert k.a.shape == (9,)
     for name in ("a", "e", "i", "Omega", "omega"):

@@ -1,8 +1,8 @@
 """The dimensionless cases against a second program in 80-bit arithmetic, written here and sharing nothing.
 
-Its field is the paper's appendix (oblate spheroid, inverse sine), its integrator Gragg's extrapolated midpoint rule, its
-quadrature a product of numpy's Gauss-Legendre nodes and equal angles on the focal disc. Only where a long double has 64
-bits of mantissa.
+Its field is the paper's appendix (oblate spheroid, inverse sine), its integrator Gragg's extrapolated midpoint rule,
+its quadrature a product of numpy's Gauss-Legendre nodes and equal angles on the focal disc. Only where a long double
+has 64 bits of mantissa.
 """
 
 import fullbody

@@ -1,5 +1,7 @@
 """Forces, torques and energies of single poses: arbitrary-precision reference, the paper's formulas, limits."""
 
+from itertools import pairwise
+
 import fullbody
 import mpmath
 import numpy as np
@@ -18,7 +20,7 @@ def numbers(case, name):
 def build(case, **options):
     bodies = [Body(Ellipsoid(*numbers(case, f"axes_{k}")), mass=m) for k, m in (("a", 2.0), ("b", 0.5))]
     state = State.from_tait_bryan(
-        position=[[0.4, -0.3, 0.2], numbers(case, "separation") + [0.4, -0.3, 0.2]],
+        position=[[0.4, -0.3, 0.2], np.add(numbers(case, "separation"), [0.4, -0.3, 0.2])],
         velocity=np.zeros((2, 3)),
         angles=[numbers(case, "angles_a"), numbers(case, "angles_b")],
     )
@@ -152,7 +154,7 @@ def test_multipole_converges_to_the_exact_force():
         worst(build(case, gravity=f"multipole:{n}")[0].interactions(build(case)[1]).force[0] / 3.0, exact)
         for n in (2, 4, 6, 8, 10)
     ]
-    assert all(later < 0.4 * earlier for earlier, later in zip(errors, errors[1:], strict=False))
+    assert all(later < 0.4 * earlier for earlier, later in pairwise(errors))
     assert errors[0] < 1e-2
 
 

@@ -205,6 +205,6 @@ def test_a_broken_invariance_is_seen():
     """The comparison of runs notices a difference of 1e-10 in the start."""
     system, state = fullbody.systems.case1()
     end = run(system, state)
-    other = run(system, state.replace(position=state.position + [[1e-10, 0, 0], [0, 0, 0]]))
+    other = run(system, state.replace(position=np.add(state.position, [[1e-10, 0, 0], [0, 0, 0]])))
     with pytest.raises(AssertionError):
         assert_same_state(end, other, 5e-12)

@@ -39,8 +39,7 @@ def finite_or_refused(call):
     """Either a FullbodyError or finite numbers."""
     try:
         value = call()
-    except fullbody.FullbodyError as error:
-        assert str(error)
+    except fullbody.FullbodyError:
         return None
     for array in numbers_of(value):
         assert np.isfinite(array).all(), array

@@ -16,7 +16,7 @@ def small_run(**options):
 
 def other_runs():
     bodies = [
-        Body(Ellipsoid(0.3, 0.2, 0.1), density=1.1, name="Größe α"),
+        Body(Ellipsoid(0.3, 0.2, 0.1), density=1.1, name="Größe 1999 KW₄"),
         Body(Sphere(0.1), mass=1 / 3),
         Body(PointMass(), mass=1e-7, name="probe"),
     ]

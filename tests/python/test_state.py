@@ -1,5 +1,6 @@
 """State, Body, System and elements as Python objects: conversions, copies, pickles, equality, repr."""
 
+import contextlib
 import copy
 import pickle
 
@@ -53,7 +54,7 @@ def test_copies_are_equal(name, duplicate):
     twin = duplicate(original)
     assert type(twin) is type(original)
     assert twin == original
-    assert not twin != original
+    assert (twin != original) is False
     assert repr(twin) == repr(original)
 
 
@@ -121,10 +122,8 @@ def test_a_state_does_not_share_memory_with_its_input():
     state = State(position, [[0, 0, 0]])
     position[0, 0] = 99.0
     assert state.position[0, 0] == 1.0
-    try:
+    with contextlib.suppress(ValueError):
         state.position[0, 0] = 99.0
-    except ValueError:
-        pass
     assert state.position[0, 0] == 1.0
 
 
