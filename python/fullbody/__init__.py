@@ -11,7 +11,7 @@ Examples
 
 from importlib.metadata import version as _version
 
-from . import systems
+from . import frames, systems
 from ._core import vector_paths
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
@@ -55,6 +55,7 @@ __all__ = [
     "System",
     "Verner98",
     "__version__",
+    "frames",
     "load",
     "systems",
     "vector_paths",
