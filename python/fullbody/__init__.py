@@ -26,6 +26,7 @@ from .errors import (
 )
 from .integrators import Verner98
 from .io import load
+from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .run import Run, Statistics
 from .simulation import Simulation
 from .state import State
@@ -56,7 +57,11 @@ __all__ = [
     "Verner98",
     "__version__",
     "frames",
+    "from_rebound",
     "load",
+    "read_gubas",
+    "read_sians",
     "systems",
+    "to_rebound",
     "vector_paths",
 ]
