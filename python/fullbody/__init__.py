@@ -19,6 +19,7 @@ from .errors import (
     BodiesOverlap,
     ChartSingularity,
     FullbodyError,
+    InconsistentInput,
     Interrupted,
     InvalidInput,
     NotConverged,
@@ -26,6 +27,7 @@ from .errors import (
 )
 from .integrators import Verner98
 from .io import load
+from .pair import Component, binary
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .run import Run, Statistics
 from .simulation import Simulation
@@ -38,9 +40,11 @@ __all__ = [
     "BodiesOverlap",
     "Body",
     "ChartSingularity",
+    "Component",
     "Ellipsoid",
     "Energy",
     "FullbodyError",
+    "InconsistentInput",
     "Interactions",
     "Interrupted",
     "InvalidInput",
@@ -56,6 +60,7 @@ __all__ = [
     "System",
     "Verner98",
     "__version__",
+    "binary",
     "frames",
     "from_rebound",
     "load",
