@@ -7,7 +7,7 @@ Only directions are turned: the origin stays the system's own.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,10 @@ from . import _rotation
 from ._units import Units, is_quantity, scalar
 from .errors import InvalidInput
 
-__all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_pole"]
+if TYPE_CHECKING:
+    from .state import State
+
+__all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_pole", "turn_state"]
 
 _Array = npt.NDArray[np.float64]
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
@@ -79,6 +82,34 @@ def turn(vectors: Any, origin: Any, target: Any) -> Any:
     array([-0.397777,  0.917482])
     """
     return vectors @ rotation(origin, target).T
+
+
+def turn_state(state: State, origin: Any, target: Any) -> State:
+    """A state given in one frame, in another: positions, velocities and attitudes; spins are along the bodies' axes.
+
+    Parameters
+    ----------
+    state : State
+    origin, target : str or astropy frame
+
+    Returns
+    -------
+    State
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> state = fullbody.State(position=[[0, 0, 1]], velocity=[[0, 0, 0]])
+    >>> fullbody.frames.turn_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
+    array([-0.397777,  0.917482])
+    """
+    matrix = rotation(origin, target)
+    turning = _rotation.quaternion(matrix)
+    return state.replace(
+        position=state.position @ matrix.T,
+        velocity=state.velocity @ matrix.T,
+        attitude=np.array([_rotation.product(turning, q) for q in state.attitude]),
+    )
 
 
 def pole_vector(longitude: Any, latitude: Any) -> _Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _rotation, frames
 from ._masses import Known, solve
-from ._units import Units, scalar
+from ._units import Units, is_quantity, scalar
 from .bodies import Body, Ellipsoid
 from .elements import KeplerElements
 from .errors import InconsistentInput, InvalidInput
@@ -258,10 +258,11 @@ def binary(
     rates = [_rate(component, system_units) for component in (primary, secondary)]
     if synchronous:
         rates[1] = 2 * np.pi / found.period
-    bodies = [
-        Body(component.shape, mass=system_units.attach(mass, "mass"), name=component.name)
-        for component, mass in zip((primary, secondary), found.masses, strict=True)
-    ]
+    bodies = []
+    for component, mass in zip((primary, secondary), found.masses, strict=True):
+        # A mass without a unit beside sizes without one, so that the density makes sense.
+        value = system_units.attach(mass, "mass") if is_quantity(component.shape.a) else mass
+        bodies.append(Body(component.shape, mass=value, name=component.name))
     system = System(bodies, G=gravity, units=system_units.names, **options)
     share = np.array([0.0, 1.0])
     if at_rest == "barycentre":
