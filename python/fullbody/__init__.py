@@ -11,7 +11,7 @@ Examples
 
 from importlib.metadata import version as _version
 
-from . import frames, systems
+from . import frames, observables, systems
 from ._core import vector_paths
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
@@ -64,6 +64,7 @@ __all__ = [
     "frames",
     "from_rebound",
     "load",
+    "observables",
     "read_gubas",
     "read_sians",
     "systems",

@@ -167,3 +167,30 @@ def test_units():
     assert system.bodies[0].shape.a == 0.765 * u.km
     run = system.integrate(state, 1 * u.hour)
     assert run.dates[0].scale == "utc"
+
+
+def test_mean_elements_keep_the_period():
+    """Over an oblate primary; the osculating start loses 3 J2 (R/a)^2 of the period."""
+    a, c, size = 1.0, 0.8, 5.0
+    given = {"G": 1.0, "mass_ratio": 1e-6, "total_mass": 1.0}
+    shapes = (Component(semi_axes=(a, a, c), rotation_period=3.0), Component(diameter=0.1))
+    period = 2 * np.pi * size**1.5
+    j2 = (a**2 - c**2) / 5 / a**2
+    loss = 1.5 * j2 / size**2
+    runs = {}
+    for kind in ("osculating", "mean"):
+        system, state = binary(*shapes, period=period, elements=kind, **given)
+        run = system.integrate(state, 20 * period, output=period / 30)
+        runs[kind] = fullbody.observables.mutual_period(run).mean
+    np.testing.assert_allclose(runs["mean"], period, rtol=1e-9)
+    np.testing.assert_allclose(runs["osculating"], period * (1 - 2 * loss), rtol=0.1 * loss)
+    # The other way round: the semi-major axis is kept, and n^2 a^3 = G M (1 + 3/2 J2/a^2 - 15/8 J4/a^4), with
+    # J4 = -3/35 (1 - c^2)^2 of a homogeneous spheroid of radius one.
+    system, state = binary(*shapes, semi_major_axis=size, elements="mean", **given)
+    np.testing.assert_allclose(relative(state)[0], [size, 0, 0], atol=1e-14)
+    rate = np.linalg.norm(relative(state)[1]) / size
+    fourth = 15 / 8 * 3 / 35 * (a**2 - c**2) ** 2 / size**4
+    np.testing.assert_allclose(rate**2 * size**3, 1 + loss + fourth, rtol=1e-6)
+    np.testing.assert_allclose(state.spin[1, 2], rate, rtol=1e-12)
+    with pytest.raises(fullbody.InvalidInput, match="elements is 'true'"):
+        binary(*shapes, period=period, elements="true", **given)

@@ -90,9 +90,9 @@ def test_didymos():
     # Daly et al. (2023): a total mass of 5.6e11 kg and a density of 2400 +- 300 kg/m^3.
     assert abs(system.masses.sum() - 5.6e11) < 0.1e11
     assert abs(system.bodies[1].density / 1e9 - 2400) < 300
+    # Thomas et al. (2023): a mean separation of 1.206 +- 0.035 km; Daly et al. (2023): 1.189 +- 0.017 km at the impact.
+    assert abs(np.linalg.norm(state.position[1] - state.position[0]) - 1.206) < 0.01
     elements = orbit(system, state)
-    np.testing.assert_allclose(elements.a, 1.206, rtol=1e-6)
-    np.testing.assert_allclose(elements.period(system.mu()), 11.921473, rtol=1e-12)
     np.testing.assert_allclose(orbit_pole(state), [310, -84], rtol=1e-9)
     # Retrograde to the ecliptic: published as 169.3 +- 1.0 degrees by others; the pole is known to 20 degrees.
     np.testing.assert_allclose(np.degrees(elements.i), 174.0, rtol=1e-9)
@@ -103,13 +103,31 @@ def test_dart_lowered_the_orbit():
     system, state = systems.didymos_after_dart()
     before, _ = systems.didymos()
     np.testing.assert_allclose(system.masses, before.masses, rtol=1e-12)
-    elements = orbit(system, state)
-    # Thomas et al. (2023): 1.144 +- 0.070 km after the impact.
-    assert abs(elements.a - 1.144) < 0.070
-    np.testing.assert_allclose(elements.e, 0.028, rtol=1e-9)
-    # 33.24 minutes less (Scheirich et al. 2024).
-    period = elements.period(system.mu())
-    np.testing.assert_allclose((11.921473 - period) * 60, 33.24, atol=0.05)
+    # Thomas et al. (2023): 1.144 +- 0.070 km after the impact. Periapsis is at the start.
+    distance = np.linalg.norm(state.position[1] - state.position[0])
+    assert abs(distance / (1 - 0.028) - 1.144) < 0.070
+    run = system.integrate(state, 60 * 11.3674, output=0.4)
+    period = fullbody.observables.mutual_period(run)
+    # 33.24 +- 0.07 minutes less (Scheirich et al. 2024), to the first order in the bodies' figures.
+    np.testing.assert_allclose((11.921473 - period.mean) * 60, 33.24, atol=0.5)
+    size = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
+    np.testing.assert_allclose((size.max() - size.min()) / (size.max() + size.min()), 0.028, rtol=0.2)
+    # The apses advance by 6.7 +- 0.2 degrees a day (Naidu et al. 2024), though nothing here is fitted to that.
+    apsidal = np.degrees(fullbody.observables.orbit_precession(run).apsidal) * 24
+    assert abs(apsidal - 6.7) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "period"),
+    [("didymos", 11.921473), ("fg3_1996", 16.1508), ("antiope", 16.505112), ("pluto_charon", 24 * 6.3872273)],
+)
+def test_round_orbits_keep_the_published_period(name, period):
+    system, state = getattr(systems, name)()
+    run = system.integrate(state, 15 * period, output=period / 40)
+    found = fullbody.observables.mutual_period(run)
+    np.testing.assert_allclose(found.mean, period, rtol=2e-4)
+    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
+    assert np.ptp(distance) < 0.01 * distance[0]
 
 
 def test_fg3():

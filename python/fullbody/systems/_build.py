@@ -57,6 +57,7 @@ def pair(
         units=UNITS if units else None,
         epoch=facts.epoch,
         frame=frame,
+        elements="mean",
         **orbit,
         **options,
     )

@@ -27,6 +27,7 @@ FACTS = Published(
     assumed=(
         "both bodies have one density; the total mass is that of the period and the separation, 8.4e17 kg",
         "the orbit is circular (published: an eccentricity below 0.006) and starts on its node",
+        "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
         "both spin about the pole of the orbit at the mean motion, their longest axes towards each other",
     ),
     frame="ecliptic",

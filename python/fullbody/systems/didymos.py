@@ -31,6 +31,7 @@ _ASSUMED = (
     "both bodies have one density, so that the masses go by volume",
     "Didymos spins about the pole of the orbit",
     "Dimorphos spins about the pole of the orbit at the mean motion, its longest axis towards Didymos",
+    "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
     "the orbit starts at periapsis on its node: the epoch is that of the elements and not of the phase",
 )
 BEFORE = Published(

@@ -33,6 +33,7 @@ FACTS = Published(
         "both bodies have the published density",
         "the axis ratios are those of the arguments, spheres unless given",
         "the orbit is circular (0.05 +- 0.05 by Pravec et al. 2000, Icarus 146, 190) and starts on its node",
+        "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
         "the primary spins about the pole of the orbit",
         "the secondary spins about it at the mean motion, its longest axis towards the primary",
     ),

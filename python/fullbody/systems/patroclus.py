@@ -31,6 +31,7 @@ FACTS = Published(
     assumed=(
         "both bodies have one density, so that Menoetius has 44 per cent of the mass ([B24] assumed about 22)",
         "the semi-major axis is that of GM and the period, 690.7 km",
+        "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
         "both spin about the pole of the orbit at the mean motion, their longest axes towards each other",
         "the orbit starts at periapsis on its node",
     ),
