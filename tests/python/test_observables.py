@@ -51,6 +51,15 @@ def test_elements_are_those_of_rebound():
     np.testing.assert_allclose(found.rates["a"][50], (expected["a"][51] - expected["a"][49]) / 0.2, rtol=1e-6)
 
 
+def test_passages_at_the_samples_are_not_lost():
+    system, state = pair_of_points(0.0)
+    run = system.integrate(state, 60 * 2 * np.pi, output=2 * np.pi / 40)
+    found = observables.mutual_period(run)
+    np.testing.assert_allclose(found.period, 2 * np.pi, rtol=1e-10)
+    assert len(found.period) in (59, 60)
+    assert abs(found.drift) < 1e-12
+
+
 @pytest.mark.parametrize("until", [100.0, -100.0])
 def test_a_kepler_orbit_has_one_period(until):
     system, state = pair_of_points(0.4)
@@ -254,6 +263,13 @@ def test_what_cannot_be_observed_is_named():
         observables.orbit_precession(system.integrate(state, 1.0, output=0.5))
     with pytest.raises(fullbody.InvalidInput, match="axis"):
         observables.orbit_precession(system.integrate(state, 10.0, output=0.5), axis=[0, 0, 0])
+
+
+def test_without_scipy_the_error_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "scipy.interpolate", None)
+    system, state = pair_of_points(0.0)
+    with pytest.raises(ImportError, match=r"fullbody\[analysis\]"):
+        observables.mutual_period(system.integrate(state, 10.0, output=0.5))
 
 
 def test_importing_fullbody_imports_nothing_heavy():

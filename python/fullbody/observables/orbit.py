@@ -171,18 +171,21 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     t, angle, rate = view.time[order], longitude[order], rate[order]
     angle = angle - angle[0]
     spline = signal.scipy_module("interpolate").CubicHermiteSpline(t, angle, rate)
-    roots = [spline.solve(2 * np.pi * k, extrapolate=False) for k in range(1, int(angle[-1] / (2 * np.pi)) + 1)]
-    # A last passage at the very end may escape.
-    passages = np.array([t[0], *(root[0] for root in roots if len(root))])
+    solve = signal.scipy_module("optimize").brentq
+    passages = [t[0]]
+    for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
+        after = int(np.argmax(angle >= target))
+        passages.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
     turns = len(passages) - 1
     if turns < 1:
         raise InvalidInput(f"the run covers {angle[-1] / (2 * np.pi):.3g} revolutions; a mutual period needs one")
+    ends = np.array(passages[1:])
     period = np.diff(passages)
     drift = float("nan")
     if turns >= 3:
-        drift = signal.slope(passages[1:], period)
+        drift = signal.slope(ends, period)
     mean = 2 * np.pi / signal.slope(t, angle)
-    return MutualPeriod(view.span(passages[1:]), view.span(period), view.span(np.float64(mean)), drift)
+    return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
 
 
 def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 0) -> Precession:

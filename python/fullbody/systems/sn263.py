@@ -46,6 +46,7 @@ FACTS = Published(
     assumed=(
         "the axis ratios are those of the arguments, spheres of the published volumes unless given",
         "Gamma orbits in Alpha's equator; Beta's orbit is inclined to it by the mutual inclination, about Alpha's node",
+        "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two",
         "both start at periapsis on the node, Gamma and Beta a half turn apart",
         "Gamma spins at its mean motion (published: consistent with it), its longest axis towards Alpha",
         "Beta spins about the pole of its orbit",
@@ -106,13 +107,15 @@ def sn263_2001(
     tilt = np.radians(FACTS["mutual inclination of the orbits"])
     position, velocity = np.zeros((3, 3)), np.zeros((3, 3))
     rates = [2 * np.pi / FACTS["rotation period of Alpha"], 2 * np.pi / FACTS["rotation period of Beta"], 0.0]
-    for index, inclination, start in ((1, tilt, np.pi), (2, 0.0, 0.0)):
+    # Gamma about Alpha, then Beta about the barycentre of the two.
+    for index, inclination, start, mass in ((2, 0.0, 0.0, masses[0] + masses[2]), (1, tilt, np.pi, masses.sum())):
         size, e = (FACTS[f"{what} of {names[index]}"] for what in ("semi-major axis", "eccentricity"))
         orbit = KeplerElements(size, e, inclination, 0.0, start, 0.0)
-        mu = G * (masses[0] + masses[index])
-        position[index], velocity[index] = orbit.to_cartesian(mu)
+        r, v = orbit.to_cartesian(G * mass)
+        position[index] = masses @ position / (masses[0] + masses[2]) + r
+        velocity[index] = masses @ velocity / (masses[0] + masses[2]) + v
         if names[index] == "Gamma":
-            rates[index] = 2 * np.pi / orbit.period(mu)
+            rates[index] = 2 * np.pi / orbit.period(G * mass)
     position -= masses @ position / masses.sum()
     velocity -= masses @ velocity / masses.sum()
     attitudes = [
