@@ -19,12 +19,11 @@ __all__ = ["didymos", "didymos_after_dart"]
 _SOURCES = {
     "D23": "Daly et al. (2023), Nature 616, 443, doi:10.1038/s41586-023-05810-5",
     "T23": "Thomas et al. (2023), Nature 616, 448, doi:10.1038/s41586-023-05805-2",
-    "P06": "Pravec et al. (2006), Icarus 181, 63, doi:10.1016/j.icarus.2005.10.014",
     "N20": "Naidu et al. (2020), Icarus 348, 113777, doi:10.1016/j.icarus.2020.113777",
 }
 _BODIES = {
     "axes of Didymos": Value((0.851, 0.849, 0.620), "km", "0.015", "D23"),
-    "rotation period of Didymos": Value(2.2600, "h", "0.0001", "P06"),
+    "rotation period of Didymos": Value(2.2600, "h", "0.0001", "N20"),
     "pole (longitude, latitude)": Value((310.0, -84.0), "deg", "20", "N20"),
 }
 _ASSUMED = (
