@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _core
 from .elements import KeplerElements
+from .errors import InvalidInput
 from .integrators import Verner98
 from .state import State
 
@@ -69,6 +70,15 @@ class Run:
     def time(self) -> Any:
         """Times (K,)."""
         return self._get("time", "time")
+
+    @property
+    def dates(self) -> Any:
+        """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
+        if self.system.epoch is None:
+            raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
+        from astropy import units as u
+
+        return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
 
     @property
     def position(self) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from . import _core
+from . import _core, _epoch
 from ._units import Units, scalar
 from .bodies import Body
 from .errors import InvalidInput
@@ -77,6 +77,10 @@ class System:
     vector_path : {"auto", "portable", "avx2", "avx512"}
         Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
         every machine.
+    epoch : astropy Time or str, optional
+        The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
+    frame : str, optional
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, and not used in computing.
 
     Raises
     ------
@@ -104,6 +108,8 @@ class System:
         units: tuple[object, object, object] | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
         vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
+        epoch: Any = None,
+        frame: str | None = None,
     ) -> None:
         self._units = Units(units)
         try:
@@ -125,7 +131,11 @@ class System:
             "order": order,
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
+            "epoch": None if epoch is None else _epoch.to_text(epoch),
+            "frame": frame,
         }
+        if frame is not None and not isinstance(frame, str):
+            raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
         try:
             self._core = _core.System(
@@ -153,6 +163,26 @@ class System:
     def units(self) -> tuple[str, str, str] | None:
         """Units of length, time and mass, if the system has any."""
         return self._units.names
+
+    @property
+    def epoch(self) -> Any:
+        """The date of time zero as an ``astropy.time.Time``, or ``None``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1(epoch="2022-09-26T12:00:00 TDB")
+        >>> system.epoch.jd
+        np.float64(2459849.0)
+        """
+        text = self._options["epoch"]
+        return None if text is None else _epoch.to_time(text)
+
+    @property
+    def frame(self) -> str | None:
+        """The name of the inertial frame, if one was given."""
+        name: str | None = self._options["frame"]
+        return name
 
     @property
     def options(self) -> dict[str, Any]:
