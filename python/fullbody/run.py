@@ -173,6 +173,7 @@ class Run:
         (11,)
         """
         units = self.system._units
+        primary, secondary = self.system._place(primary), self.system._place(secondary)
         mu = self.system.mu(primary, secondary) if mu is None else mu
         number = float(units.strip(mu, "mu", "mu"))
         position, velocity = self._record["position"], self._record["velocity"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from . import _core, _epoch
 from ._units import Units, scalar
 from .bodies import Body
-from .errors import InvalidInput
+from .errors import FullbodyError, InvalidInput
 from .integrators import Verner98
 from .state import State
 
@@ -141,7 +141,9 @@ class System:
             self._core = _core.System(
                 core, self._G, gravity, float(gravity_tolerance), order, attitude_chart, vector_path
             )
-        except (TypeError, OverflowError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
+            if isinstance(error, FullbodyError):
+                raise
             raise InvalidInput(f"an option of the system has the wrong type: {error}") from error
 
     @property
@@ -206,7 +208,13 @@ class System:
             Places in :attr:`bodies`.
         """
         masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
-        return self._units.attach(self._G * (masses[i] + masses[j]), "mu")
+        return self._units.attach(self._G * (masses[self._place(i)] + masses[self._place(j)]), "mu")
+
+    def _place(self, index: int) -> int:
+        """A place in the system, or an error that says how many there are."""
+        if not isinstance(index, int) or not 0 <= index < len(self._bodies):
+            raise InvalidInput(f"place of a body is {index!r}; expected a whole number below {len(self._bodies)}")
+        return index
 
     def with_options(self, **options: Any) -> System:
         """The same bodies and G with other settings.

@@ -37,12 +37,12 @@ impl ExteriorField {
 
     /// Phi (positive) at a point of the body frame, outside or on the surface.
     pub fn potential(&self, point: &Vec3) -> Result<f64> {
-        Ok(self.evaluate(point)?.0)
+        Ok(self.checked(self.evaluate(point)?)?.0)
     }
 
     /// g = grad Phi at a point of the body frame, outside or on the surface.
     pub fn field(&self, point: &Vec3) -> Result<Vec3> {
-        Ok(self.evaluate(point)?.1)
+        Ok(self.checked(self.evaluate(point)?)?.1)
     }
 
     fn evaluate(&self, point: &Vec3) -> Result<(f64, Vec3)> {
@@ -76,6 +76,16 @@ impl ExteriorField {
     fn in_units(&self, potential: f64, field: Vec3) -> (f64, Vec3) {
         let gm = self.gm / self.unit;
         (gm * potential, gm / self.unit * field)
+    }
+
+    fn checked(&self, (potential, field): (f64, Vec3)) -> Result<(f64, Vec3)> {
+        let what = format!("field of {}", self.name);
+        match [potential, field.x, field.y, field.z].iter().find(|v| !v.is_finite()) {
+            None => Ok((potential, field)),
+            Some(v) => {
+                Err(Error::invalid(what, v, "a finite number; choose units that keep the numbers in range"))
+            }
+        }
     }
 
     fn inside(&self, point: &Vec3, expected: &str) -> Error {

@@ -147,9 +147,10 @@ impl Pair {
             ),
             detail: format!(
                 "at separation {} a rule of degree {MAX_RULE_DEGREE} does not reach the tolerance {:e}; use \
-                 gravity=\"focal\", a larger gravity_tolerance or order=",
+                 {}a larger gravity_tolerance or order=",
                 pose.separation.norm() * self.unit,
-                self.tolerance
+                self.tolerance,
+                if self.method == Method::Focal { "" } else { "gravity=\"focal\", " }
             ),
         })
     }
@@ -178,13 +179,15 @@ impl Pair {
         if let Some(rule) = &self.rule
             && rule.integrated == integrated
             && rule.order == order
-            && (rule.valid_from..1.3 * rule.valid_from).contains(&reach)
+            && (rule.valid_from == 0.0 || (rule.valid_from..1.3 * rule.valid_from).contains(&reach))
         {
             return;
         }
-        let valid_from = 0.95 * reach;
-        let kernel = self.kernel(integrated, valid_from);
         let nodes = self.nodes(integrated, order);
+        // Two spheres attract like points at any distance.
+        let everywhere = nodes.len() == 1 && self.bodies[1 - integrated].focal_axes()[0] == 0.0;
+        let valid_from = if everywhere { 0.0 } else { 0.9 * reach };
+        let kernel = self.kernel(integrated, valid_from);
         self.rule = Some(Rule { integrated, order, degree, nodes, kernel, valid_from });
     }
 

@@ -54,11 +54,11 @@ pub fn overlap(
     // Rounding of the contact function: a gap this small relative to the bodies is contact.
     const TOUCHING: f64 = 1e-13;
     let distance = separation.norm();
-    if distance >= first.circumradius() + second.circumradius() {
-        return false;
+    if distance == 0.0 {
+        return true;
     }
-    distance == 0.0
-        || contact_function(first, second, separation, rotation_first, rotation_second) < 1.0 - TOUCHING
+    distance < first.circumradius() + second.circumradius()
+        && contact_function(first, second, separation, rotation_first, rotation_second) < 1.0 - TOUCHING
 }
 
 /// Sum of x_i^2 / a_i^2: below one inside.
