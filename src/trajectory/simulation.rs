@@ -1,21 +1,14 @@
 //! The stepping object: a system, where it is, and the integrator that moves it.
 
-use super::Trajectory;
+use super::{Integrator, Trajectory};
 use crate::dynamics::{Dynamics, Inner, State, System};
 use crate::error::{Error, Result, require_finite};
-use crate::integrate::{Equations, Statistics, Stepper, Tolerance, VERNER98};
+use crate::integrate::{Equations, Statistics, Stepper, Tolerance};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 /// How often the hook is called, at most.
 const HOOK_INTERVAL: Duration = Duration::from_millis(50);
-
-/// An integrator with its settings.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Integrator {
-    /// Verner's pair of orders 9 and 8.
-    Verner98(Tolerance),
-}
 
 /// At which times a run is recorded.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,8 +46,8 @@ impl Simulation {
         system.check(state)?;
         let inner = Inner::new(system.layout(), &system.masses(), state);
         let dynamics = Motion::new(system.dynamics(), &inner.high);
-        let Integrator::Verner98(tolerance) = integrator;
-        let stepper = Stepper::new(&VERNER98, tolerance, state.time, inner.high.clone(), inner.low.clone());
+        let (tableau, tolerance) = integrator.pair();
+        let stepper = Stepper::new(tableau, tolerance, state.time, inner.high.clone(), inner.low.clone());
         Ok(Self { dynamics, inner, stepper })
     }
 

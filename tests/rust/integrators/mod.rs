@@ -1,0 +1,3 @@
+//! Integrators and runs, against closed forms and tight runs.
+mod order;
+mod problems;
