@@ -4,7 +4,7 @@ use super::{AttitudeChart, Energy, Layout, State, System, invariants};
 use crate::error::{Error, Result};
 use crate::math::compensated::{two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
-use crate::mutual::{Pair, Pose};
+use crate::mutual::{Pair, Pose, RuleMemory};
 
 /// Nearest that the Tait-Bryan chart may come to its pole, as |cos theta|.
 const POLE: f64 = 1e-4;
@@ -52,6 +52,19 @@ impl Dynamics {
     /// The pairs with the rules in force.
     pub fn pairs(&self) -> impl Iterator<Item = (usize, usize, &Pair)> {
         self.pairs.iter().map(|(i, j, pair)| (*i, *j, pair))
+    }
+
+    /// The rules in force of all pairs, for an archive.
+    pub fn memory(&self) -> Vec<Option<RuleMemory>> {
+        self.pairs.iter().map(|(_, _, pair)| pair.memory()).collect()
+    }
+
+    /// Puts rules in force that [`Self::memory`] gave.
+    pub fn recall(&mut self, memory: &[Option<RuleMemory>]) -> Result<()> {
+        if memory.len() != self.pairs.len() {
+            return Err(Error::invalid("number of rules", memory.len(), self.pairs.len().to_string()));
+        }
+        self.pairs.iter_mut().zip(memory).try_for_each(|((_, _, pair), memory)| pair.recall(memory.as_ref()))
     }
 
     /// Checks a state and chooses the rules for a step of size `step` from it.
@@ -104,8 +117,8 @@ impl Dynamics {
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }
 
-    /// Rates of change. Allocates nothing.
-    pub fn derivative(&mut self, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), Rejected> {
+    /// Accelerations of the centres and torques on the bodies. Allocates nothing.
+    pub fn loads(&mut self, y: &[f64]) -> std::result::Result<(&[Vec3], &[Vec3]), Rejected> {
         self.turn(y);
         self.acceleration.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
@@ -123,6 +136,12 @@ impl Dynamics {
             self.torque[i] += g * mi * mj * f.torque_first;
             self.torque[j] += g * mi * mj * f.torque_second;
         }
+        Ok((&self.acceleration, &self.torque))
+    }
+
+    /// Rates of change. Allocates nothing.
+    pub fn derivative(&mut self, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), Rejected> {
+        self.loads(y)?;
         let layout = self.layout;
         let positions = 3 * layout.bodies;
         let (velocities, rest) = rate.split_at_mut(positions);

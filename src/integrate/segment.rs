@@ -47,6 +47,11 @@ impl Segment {
         self.size
     }
 
+    /// Memory that its numbers take.
+    pub fn bytes(&self) -> usize {
+        8 * (self.high.len() + self.low.len() + self.coefficients.len())
+    }
+
     /// The time at a fraction of the step.
     pub fn time_at(&self, theta: f64) -> f64 {
         let mut time = self.time;
@@ -81,7 +86,7 @@ impl Segment {
     }
 
     /// Moves the end by a difference and what is before it by its share, linear in time.
-    pub(super) fn tilt(&mut self, from: f64, to: f64, difference: &[f64]) {
+    pub fn tilt(&mut self, from: f64, to: f64, difference: &[f64]) {
         for (index, difference) in difference.iter().enumerate() {
             self.low[index] += from * difference;
             self.coefficients[index] += (to - from) * difference / self.size;

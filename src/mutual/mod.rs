@@ -13,7 +13,7 @@ mod surface;
 
 pub use method::Method;
 pub use multipole::Multipole;
-pub use pair::{BodyGravity, Pair, Rule};
+pub use pair::{BodyGravity, Pair, Rule, RuleMemory};
 
 use crate::math::{Mat3, Vec3};
 
