@@ -89,18 +89,20 @@ impl Dynamics {
         Ok(())
     }
 
-    /// How much of the separation a step may close, moving straight on, without overlap.
+    /// How much of the separation a step may close without overlap: moving straight on, and falling from that line.
     fn closing(&self, y: &[f64], i: usize, j: usize, pose: &Pose, step: f64) -> f64 {
         let (vi, vj) = (self.layout.velocity(i), self.layout.velocity(j));
         let path = (vector(y, vj) - vector(y, vi)) * step;
         let distance = pose.separation.norm();
         let length = path.norm_squared();
-        if length == 0.0 {
+        if step == 0.0 {
             return 0.0;
         }
-        let nearest = (-pose.separation.dot(&path) / length).clamp(0.0, 1.0);
-        let reach = (pose.separation + path * nearest).norm();
         let bodies = self.system.bodies();
+        let mu = self.system.gravitational_constant * (bodies[i].mass + bodies[j].mass);
+        let fall = 0.5 * mu * (step / distance).powi(2);
+        let nearest = if length > 0.0 { (-pose.separation.dot(&path) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let reach = (pose.separation + path * nearest).norm() - fall;
         let (first, second) = (&bodies[i].shape, &bodies[j].shape);
         let touching = if reach > first.circumradius() + second.circumradius() {
             0.0

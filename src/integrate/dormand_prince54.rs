@@ -13,7 +13,9 @@ pub static DORMAND_PRINCE54: Tableau = Tableau {
     stages: 7,
     c: &C,
     a: &A,
+    a_low: &A_LOW,
     b: &B,
+    b_low: &B_LOW,
     b_hat: &B_HAT,
     interpolant: Interpolant { order: 4, weights: &WEIGHTS },
 };
@@ -57,6 +59,20 @@ static B: [f64; 7] = [
     0.13095238095238095238095238,
     0.0,
 ];
+
+/// What rounding to doubles drops of `A`.
+static A_LOW: [&[f64]; 7] = [
+    &[],
+    &[-1.11022e-17],
+    &[2.77556e-18, -5.55112e-18],
+    &[3.20731e-17, 5.92119e-17, 1.97373e-16],
+    &[8.44047e-17, -8.73964e-16, 2.38255e-16, -9.97525e-18],
+    &[-7.1772e-17, 2.15316e-16, -2.5628e-16, 2.52323e-17, -2.35184e-17],
+    &[4.62593e-18, 0.0, -3.34164e-18, 3.70074e-17, -1.78055e-17, -6.60847e-18],
+];
+
+/// What rounding to doubles drops of `B`.
+static B_LOW: [f64; 7] = [4.62593e-18, 0.0, -3.34164e-18, 3.70074e-17, -1.78055e-17, -6.60847e-18, 0.0];
 
 static B_HAT: [f64; 7] = [
     0.089913194444444444444444444,

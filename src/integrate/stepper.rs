@@ -54,6 +54,8 @@ pub struct Stepper {
     /// Whether stage 0 holds the rate at the present vector.
     fresh: bool,
     trial: Vec<f64>,
+    /// What the coefficients' low parts add to it.
+    tail: Vec<f64>,
     /// The last step: where it began, how long it was, and its polynomial once that was asked for.
     last: Segment,
     /// Stages of it that have been computed.
@@ -102,6 +104,7 @@ impl Stepper {
             stages: vec![0.0; all_stages * dimension],
             fresh: false,
             trial: vec![0.0; dimension],
+            tail: vec![0.0; dimension],
             last: Segment::new(dimension, tableau.interpolant.terms()),
             known: 0,
             formed: false,
@@ -298,31 +301,22 @@ impl Stepper {
 
     /// y + size sum_j a_ij k_j.
     fn fill_trial(&mut self, stage: usize, size: f64) {
-        let dimension = self.high.len();
-        self.trial.fill(0.0);
-        for (j, &a) in self.tableau.a[stage].iter().enumerate() {
-            if a != 0.0 {
-                let rates = &self.stages[j * dimension..(j + 1) * dimension];
-                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += a * k);
-            }
-        }
-        for (t, (high, low)) in self.trial.iter_mut().zip(self.last.high.iter().zip(&self.last.low)) {
-            *t = high + (low + size * *t);
+        combine(self.tableau.a[stage], &self.stages, &mut self.trial);
+        let low: &[f64] = self.tableau.a_low.get(stage).map_or(&[], |row| row);
+        combine(low, &self.stages, &mut self.tail);
+        let vector = self.last.high.iter().zip(&self.last.low);
+        for ((t, tail), (high, low)) in self.trial.iter_mut().zip(&self.tail).zip(vector) {
+            *t = high + ((low + size * tail) + size * *t);
         }
     }
 
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
-        let dimension = self.high.len();
-        self.trial.fill(0.0);
-        for (stage, &b) in self.tableau.b.iter().enumerate() {
-            if b != 0.0 {
-                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
-                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += b * k);
-            }
-        }
-        for (increment, (high, low)) in self.trial.iter().zip(self.high.iter_mut().zip(self.low.iter_mut())) {
+        combine(self.tableau.b, &self.stages, &mut self.trial);
+        combine(self.tableau.b_low, &self.stages, &mut self.tail);
+        let vector = self.high.iter_mut().zip(self.low.iter_mut());
+        for ((increment, tail), (high, low)) in self.trial.iter().zip(&self.tail).zip(vector) {
             let (sum, error) = two_sum(*high, size * increment);
-            let (sum, error) = two_sum(sum, error + *low);
+            let (sum, error) = two_sum(sum, error + (*low + size * tail));
             (*high, *low) = (sum, error);
         }
         equations.restore(&mut self.high, &mut self.low);
@@ -368,5 +362,16 @@ impl Stepper {
         let scale = (curvature.sqrt()).max(rate);
         let step = if scale > 0.0 { (0.01 * tolerance).powf(exponent) * 10.0 / scale } else { remaining };
         Ok(direction * step.min(100.0 * guess).min(remaining).max(f64::MIN_POSITIVE))
+    }
+}
+
+/// sum_j w_j k_j over the rates of the first stages.
+#[inline]
+fn combine(weights: &[f64], stages: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
+    for (&weight, rates) in weights.iter().zip(stages.chunks_exact(out.len())) {
+        if weight != 0.0 {
+            out.iter_mut().zip(rates).for_each(|(o, k)| *o += weight * k);
+        }
     }
 }

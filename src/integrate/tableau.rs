@@ -15,8 +15,13 @@ pub struct Tableau {
     pub c: &'static [f64],
     /// Row i holds the coefficients of the earlier stages in stage i.
     pub a: &'static [&'static [f64]],
+    /// What rounding to doubles drops of the pair's rows: left out, it would be the same error in every step, and grow with
+    /// their number and not with its root.
+    pub a_low: &'static [&'static [f64]],
     /// Weights of the solution.
     pub b: &'static [f64],
+    /// What rounding to doubles drops of them.
+    pub b_low: &'static [f64],
     /// Weights of the comparison.
     pub b_hat: &'static [f64],
     /// Continuous extension.

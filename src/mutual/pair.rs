@@ -326,7 +326,7 @@ impl Pair {
         if let Some(rule) = &self.rule
             && rule.integrated == integrated
             && rule.order == order
-            && (rule.valid_from..1.3 * rule.valid_from).contains(&reach)
+            && (1.02 * rule.valid_from..1.3 * rule.valid_from).contains(&reach)
         {
             return;
         }
