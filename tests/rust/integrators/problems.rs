@@ -8,11 +8,6 @@ use fullbody::integrate::{Equations, Tolerance};
 pub struct Kepler;
 
 impl Kepler {
-    /// At periapsis of an orbit with semi-major axis 1.
-    pub fn periapsis(e: f64) -> Vec<f64> {
-        vec![1.0 - e, 0.0, 0.0, ((1.0 + e) / (1.0 - e)).sqrt()]
-    }
-
     /// The state a time after periapsis, from Kepler's equation.
     pub fn exact(e: f64, time: f64) -> [f64; 4] {
         let mut anomaly = time;
