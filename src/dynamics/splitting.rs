@@ -119,9 +119,9 @@ impl Splitting {
                 }
             }
             Parts::Kepler => {
-                self.to_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
+                self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
                 std::mem::swap(&mut self.position, &mut self.velocity);
-                self.to_jacobi(|body, c| (high[layout.velocity(body) + c], low[layout.velocity(body) + c]));
+                self.fill_jacobi(|body, c| (high[layout.velocity(body) + c], low[layout.velocity(body) + c]));
                 std::mem::swap(&mut self.position, &mut self.velocity);
                 for body in 1..n {
                     let mu = self.gravitational_constant * self.within[body];
@@ -130,8 +130,8 @@ impl Splitting {
                     self.position[body] = moved;
                     self.velocity[body] = turned;
                 }
-                from_jacobi(&self.masses, &self.within, &mut self.position);
-                from_jacobi(&self.masses, &self.within, &mut self.velocity);
+                leave_jacobi(&self.masses, &self.within, &mut self.position);
+                leave_jacobi(&self.masses, &self.within, &mut self.velocity);
                 for body in 0..n {
                     for c in 0..3 {
                         add(high, low, layout.position(body) + c, self.position[body][c]);
@@ -192,14 +192,14 @@ impl Splitting {
                 Vec3::from([0, 1, 2].map(|c| if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 }));
         }
         if self.parts == Parts::Kepler {
-            self.to_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
+            self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
             for body in 1..layout.bodies {
                 let mu = self.gravitational_constant * self.within[body];
                 let r = self.position[body];
                 let distance = r.norm();
                 self.position[body] = r * (-mu / (distance * distance * distance));
             }
-            from_jacobi(&self.masses, &self.within, &mut self.position);
+            leave_jacobi(&self.masses, &self.within, &mut self.position);
             self.acceleration.iter_mut().zip(&self.position).for_each(|(a, k)| *a -= k);
         }
         if self.acceleration.iter().chain(&self.spin_rate).all(|v| v.iter().all(|x| x.is_finite())) {
@@ -212,7 +212,7 @@ impl Splitting {
 
     /// Fills `position` with Jacobi's vectors: body i from the barycentre of those before it. Entry 0 is zero, since the
     /// barycentre of all rests at the origin.
-    fn to_jacobi(&mut self, number: impl Fn(usize, usize) -> (f64, f64)) {
+    fn fill_jacobi(&mut self, number: impl Fn(usize, usize) -> (f64, f64)) {
         self.position[0] = Vec3::zeros();
         for c in 0..3 {
             // The barycentre of the bodies before i, with its low part: for two bodies the difference is then exact.
@@ -230,7 +230,7 @@ impl Splitting {
 }
 
 /// From Jacobi's vectors to those from the barycentre of all.
-fn from_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
+fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
     let mut centre = Vec3::zeros();
     for body in (1..masses.len()).rev() {
         let jacobi = vectors[body];

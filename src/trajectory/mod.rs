@@ -15,7 +15,7 @@ mod simulation;
 
 pub use archive::ARCHIVE_VERSION;
 pub use dense::Dense;
-pub use events::{Condition, Event, Occurrence, SAMPLES};
+pub use events::{Condition, Event, Occurrence, SAMPLES, StateFunction};
 pub use integrator::Integrator;
 pub use output::Output;
 pub use record::{StopReason, Trajectory};

@@ -5,6 +5,9 @@ use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::shape::contact_function;
 
+/// A caller's function of the state.
+pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
+
 /// What happens at an event; bodies by their place in the system.
 pub enum Condition<'a> {
     /// The centres of two bodies are `value` apart. The function is the distance less the value.
@@ -65,7 +68,7 @@ pub enum Condition<'a> {
         other: usize,
     },
     /// Zeros of a function of the state.
-    Function(Box<dyn FnMut(&State) -> Result<f64> + Send + 'a>),
+    Function(Box<StateFunction<'a>>),
 }
 
 /// What the functions are made from.

@@ -3,7 +3,7 @@
 mod condition;
 mod watch;
 
-pub use condition::Condition;
+pub use condition::{Condition, StateFunction};
 pub use watch::SAMPLES;
 pub(super) use watch::Watch;
 
