@@ -12,3 +12,5 @@ pub mod orbit;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;
+#[cfg(feature = "python")]
+mod py;

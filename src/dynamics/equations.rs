@@ -257,6 +257,11 @@ impl Dynamics {
         }
     }
 
+    /// Relative pose of the first two bodies.
+    pub fn first_pose(&self, y: &[f64]) -> Pose {
+        self.pose(y, 0, 1.min(self.layout.bodies - 1))
+    }
+
     fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             let a = self.layout.attitude(body);

@@ -9,7 +9,7 @@
 //! so that nothing cancels near periapsis when e is near 1. The hyperbolic one is solved for sinh H: far out,
 //! H itself is too coarse a number (one unit of its last place is 1e-13 of the distance at H = 500).
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require_finite};
 use std::f64::consts::{PI, TAU};
 
 /// What the double nearest 2 pi lacks.
@@ -31,63 +31,65 @@ pub(super) struct EccentricPlace {
 impl EccentricPlace {
     /// Solves Kepler's equation for any finite mean anomaly.
     pub(super) fn from_mean(mean: f64, eccentricity: f64) -> Result<Self> {
-        let from_one = (1.0 - eccentricity).abs();
+        let gap = (1.0 - eccentricity).abs();
         if eccentricity < 1.0 {
             // The library's sine knows pi to all the digits that a large angle needs.
             let nearest = if mean.abs() <= PI { mean } else { mean.sin().atan2(mean.cos()) };
-            let anomaly = elliptic(nearest.abs(), eccentricity, from_one)?.copysign(nearest);
+            let anomaly = elliptic(nearest.abs(), eccentricity, gap)?.copysign(nearest);
             let half = (0.5 * anomaly).sin();
             Ok(Self { anomaly, sine: anomaly.sin(), cosine: anomaly.cos(), versine: 2.0 * half * half })
         } else {
-            let sine = hyperbolic(mean.abs(), eccentricity, from_one)?.copysign(mean);
-            let cosine = sine.hypot(1.0);
-            Ok(Self { anomaly: sine.asinh(), sine, cosine, versine: sine * (sine / (1.0 + cosine)) })
+            let sine = hyperbolic(mean.abs(), eccentricity, gap)?.copysign(mean);
+            let (anomaly, cosine) = (sine.asinh(), sine.hypot(1.0));
+            require_finite("hyperbolic anomaly", &[anomaly])?;
+            Ok(Self { anomaly, sine, cosine, versine: sine * (sine / (1.0 + cosine)) })
         }
     }
 }
 
-/// M of E in [-pi, pi] on an ellipse with 1 - e = `from_one`.
-pub(super) fn elliptic_mean(anomaly: f64, eccentricity: f64, from_one: f64) -> f64 {
-    from_one * anomaly + eccentricity * cubic_and_higher(anomaly, -1.0)
+/// M of E in [-pi, pi] on an ellipse with 1 - e = `gap`.
+pub(super) fn elliptic_mean(anomaly: f64, eccentricity: f64, gap: f64) -> f64 {
+    gap * anomaly + eccentricity * cubic_and_higher(anomaly, -1.0)
 }
 
-/// M of sinh H on a hyperbola with e - 1 = `from_one`.
-pub(super) fn hyperbolic_mean(sine: f64, from_one: f64) -> f64 {
+/// M of sinh H on a hyperbola with e - 1 = `gap`.
+pub(super) fn hyperbolic_mean(sine: f64, gap: f64) -> f64 {
     let anomaly = sine.asinh();
     let beyond = if anomaly.abs() <= PI { cubic_and_higher(anomaly, 1.0) } else { sine - anomaly };
-    from_one * sine + beyond
+    gap * sine + beyond
 }
 
 /// An angle brought into [0, 2 pi); what lies nearer to 2 pi than a double can say becomes 0.
 pub(super) fn wrapped(angle: f64) -> f64 {
     let turns = (angle / TAU).floor();
     let inside = turns.mul_add(-TAU, turns.mul_add(-TAU_LOW, angle));
-    if (0.0..TAU).contains(&inside) { inside } else { 0.0 }
+    // The sum turns -0 into 0.
+    if (0.0..TAU).contains(&inside) { inside + 0.0 } else { 0.0 }
 }
 
 /// E in [0, pi] of M in [0, pi].
-fn elliptic(mean: f64, eccentricity: f64, from_one: f64) -> Result<f64> {
+fn elliptic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
     // e (E - sin E) <= M, and E - sin E >= E^3 / pi^2 up to E = pi.
-    let above = (mean / from_one).min((PI * PI * mean / eccentricity).cbrt()).min(mean + eccentricity);
+    let above = (mean / gap).min((PI * PI * mean / eccentricity).cbrt()).min(mean + eccentricity);
     root_from_above(mean, above, |x| {
         let half = (0.5 * x).sin();
         Curve {
-            value: elliptic_mean(x, eccentricity, from_one),
-            slope: from_one + eccentricity * (2.0 * half * half),
+            value: elliptic_mean(x, eccentricity, gap),
+            slope: gap + eccentricity * (2.0 * half * half),
             bend: eccentricity * x.sin(),
         }
     })
 }
 
 /// sinh H of M >= 0.
-fn hyperbolic(mean: f64, eccentricity: f64, from_one: f64) -> Result<f64> {
+fn hyperbolic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
     // e sinh H = M + H, and H^3 / 6 <= sinh H - H <= M / e.
-    let above = (mean / from_one).min((mean + (6.0 * mean / eccentricity).cbrt()) / eccentricity);
+    let above = (mean / gap).min((mean + (6.0 * mean / eccentricity).cbrt()) / eccentricity);
     root_from_above(mean, above, |x| {
         let cosine = x.hypot(1.0);
         Curve {
-            value: hyperbolic_mean(x, from_one),
-            slope: from_one + (x / cosine) * (x / (1.0 + cosine)),
+            value: hyperbolic_mean(x, gap),
+            slope: gap + (x / cosine) * (x / (1.0 + cosine)),
             bend: x / cosine / cosine / cosine,
         }
     })

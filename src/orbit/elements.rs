@@ -17,9 +17,9 @@ use std::f64::consts::{PI, TAU};
 /// - in the plane of reference (i = 0 or i = pi) `longitude_of_node` = 0, and the other angles count from x in
 ///   the direction of motion: for i = pi that is clockwise, seen from +z.
 ///
-/// Six doubles pin the place on a nearly parabolic orbit only as well as they pin 1 - e and the time since
-/// periapsis: the way to Cartesian and back then costs a factor of up to 1/|1 - e|, and just before an ellipse's
-/// periapsis, where the mean anomaly is nearly 2 pi, up to 1/(1 - e)^(3/2).
+/// The way from Cartesian and back returns the state to a few 1e-15, except where six doubles cannot say more:
+/// near a parabola they pin 1 - e, and the state with it, a factor of 1/|1 - e| less well, and just before an
+/// ellipse's periapsis, where the mean anomaly is nearly 2 pi, up to 1/(1 - e)^(3/2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeplerElements {
     /// a: length, above zero for an ellipse, below zero for a hyperbola.
@@ -62,11 +62,11 @@ impl KeplerElements {
     pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
         require_positive("mu", mu)?;
         let place = self.place()?;
-        let (size, e, from_one) = (self.semi_major_axis.abs(), self.eccentricity, self.from_one());
+        let (size, e, gap) = (self.semi_major_axis.abs(), self.eccentricity, self.gap());
         let width = self.width();
         // In units of |a|; every sum but that of `x` has one sign, and `x` is never larger than `radius`.
-        let radius = from_one + e * place.versine;
-        let (x, y) = (from_one - place.versine, width * place.sine);
+        let radius = gap + e * place.versine;
+        let (x, y) = (gap - place.versine, width * place.sine);
         let speed = (mu / size).sqrt() / radius;
 
         let axes = OrbitAxes::new(self.longitude_of_node, self.inclination);
@@ -110,7 +110,7 @@ impl KeplerElements {
     /// Angle at the focus from periapsis to the body: in [0, 2 pi) on an ellipse, in (-pi, pi) on a hyperbola.
     pub fn true_anomaly(&self) -> Result<f64> {
         let place = self.place()?;
-        let anomaly = (self.width() * place.sine).atan2(self.from_one() - place.versine);
+        let anomaly = (self.width() * place.sine).atan2(self.gap() - place.versine);
         Ok(self.in_range(anomaly))
     }
 
@@ -161,13 +161,13 @@ impl KeplerElements {
     }
 
     /// |1 - e|, exact near e = 1.
-    fn from_one(&self) -> f64 {
+    fn gap(&self) -> f64 {
         (1.0 - self.eccentricity).abs()
     }
 
     /// sqrt|1 - e^2|: the semi-minor axis over the semi-major one.
     fn width(&self) -> f64 {
-        self.from_one().sqrt() * (1.0 + self.eccentricity).sqrt()
+        self.gap().sqrt() * (1.0 + self.eccentricity).sqrt()
     }
 
     fn in_range(&self, anomaly: f64) -> f64 {

@@ -111,12 +111,12 @@ impl Shape {
             ));
         }
         let true_anomaly = sine.atan2(cosine);
-        let from_one = (one_minus_square / (1.0 + e)).abs();
+        let gap = (one_minus_square / (1.0 + e)).abs();
         let eccentric_sine = along * (r_over_a.abs() / mu_r).sqrt();
         let mean = if e < 1.0 {
-            elliptic_mean(eccentric_sine.atan2(outer), e, from_one)
+            elliptic_mean(eccentric_sine.atan2(outer), e, gap)
         } else {
-            hyperbolic_mean(eccentric_sine / e, from_one)
+            hyperbolic_mean(eccentric_sine / e, gap)
         };
         Ok(Self { eccentricity: e, place: Some(Place { true_anomaly, mean }) })
     }
@@ -135,12 +135,9 @@ fn dot(a: &Vec3, b: &Vec3) -> Compensated {
 
 /// a x b, every component to its last digits, also for nearly parallel vectors.
 fn cross(a: &Vec3, b: &Vec3) -> Vec3 {
-    let component = |j: usize, k: usize| dot2([a[j], -a[k]], [b[k], b[j]]);
+    let component =
+        |j: usize, k: usize| dot(&Vec3::new(a[j], -a[k], 0.0), &Vec3::new(b[k], b[j], 0.0)).value();
     Vec3::new(component(1, 2), component(2, 0), component(0, 1))
-}
-
-fn dot2(a: [f64; 2], b: [f64; 2]) -> f64 {
-    dot(&Vec3::new(a[0], a[1], 0.0), &Vec3::new(b[0], b[1], 0.0)).value()
 }
 
 fn plus(a: f64, mut b: Compensated) -> Compensated {

@@ -8,6 +8,7 @@ use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
 use crate::dynamics::{Dynamics, Inner, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
+use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -190,6 +191,27 @@ impl Simulation {
         Ok(())
     }
 
+    /// Shortest time of an evaluation of the rates of change at the present state, seconds; for benchmarks.
+    pub fn time_evaluation(&mut self, number: usize, repeats: usize) -> Result<f64> {
+        let high = self.mover.vector().0.to_vec();
+        let mut rate = vec![0.0; high.len()];
+        self.motion.prepare(self.time(), &high, 0.0)?;
+        let equations = &mut self.motion.equations;
+        Ok(shortest(number, repeats, || {
+            let _ = black_box(equations.derivative(black_box(&high), &mut rate));
+        }))
+    }
+
+    /// Shortest time of an interaction of the first pair at the present state, seconds; for benchmarks.
+    pub fn time_interaction(&self, number: usize, repeats: usize) -> f64 {
+        let high = self.mover.vector().0;
+        let Some((_, _, pair)) = self.motion.equations.pairs().next() else { return 0.0 };
+        let pose = self.motion.equations.first_pose(high);
+        shortest(number, repeats, || {
+            black_box(pair.interaction(black_box(&pose)));
+        })
+    }
+
     fn record_present(&mut self, record: &mut Trajectory) {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
@@ -201,4 +223,13 @@ impl Simulation {
         let momentum = self.motion.equations.angular_momentum(state);
         record.push(state, &energy, &momentum);
     }
+}
+
+fn shortest(number: usize, repeats: usize, mut call: impl FnMut()) -> f64 {
+    let time = |_| {
+        let started = Instant::now();
+        (0..number).for_each(|_| call());
+        started.elapsed().as_secs_f64() / number.max(1) as f64
+    };
+    (0..repeats).map(time).fold(f64::INFINITY, f64::min)
 }

@@ -1,0 +1,61 @@
+"""Rigid ellipsoids moving and turning in each other's exact gravity.
+
+Examples
+--------
+>>> import fullbody
+>>> system, state = fullbody.systems.kw4_ho2021()
+>>> run = system.integrate(state, 17.0, output=1.0)
+>>> run.elements().a.shape
+(18,)
+"""
+
+from importlib.metadata import version as _version
+
+from . import systems
+from ._core import vector_paths
+from .bodies import Body, Ellipsoid, PointMass, Sphere
+from .elements import KeplerElements
+from .errors import (
+    BodiesOverlap,
+    ChartSingularity,
+    FullbodyError,
+    Interrupted,
+    InvalidInput,
+    NotConverged,
+    StepSizeTooSmall,
+)
+from .integrators import Verner98
+from .io import load
+from .run import Run, Statistics
+from .simulation import Simulation
+from .state import State
+from .system import Energy, Interactions, System
+
+__version__ = _version("fullbody")
+
+__all__ = [
+    "BodiesOverlap",
+    "Body",
+    "ChartSingularity",
+    "Ellipsoid",
+    "Energy",
+    "FullbodyError",
+    "Interactions",
+    "Interrupted",
+    "InvalidInput",
+    "KeplerElements",
+    "NotConverged",
+    "PointMass",
+    "Run",
+    "Simulation",
+    "Sphere",
+    "State",
+    "Statistics",
+    "StepSizeTooSmall",
+    "System",
+    "Verner98",
+    "__version__",
+    "load",
+    "systems",
+    "vector_paths",
+]

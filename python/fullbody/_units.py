@@ -1,0 +1,155 @@
+"""Units at the boundary: Quantities are stripped on the way in and attached on the way out.
+
+The only module that touches ``astropy.units``, and only once a Quantity or ``units=`` is seen.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InvalidInput
+
+#: Exponents of length, time, mass and angle.
+_DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
+    "length": (1, 0, 0, 0),
+    "time": (0, 1, 0, 0),
+    "mass": (0, 0, 1, 0),
+    "density": (-3, 0, 1, 0),
+    "volume": (3, 0, 0, 0),
+    "inertia": (2, 0, 1, 0),
+    "velocity": (1, -1, 0, 0),
+    "spin": (0, -1, 0, 1),
+    "angle": (0, 0, 0, 1),
+    "force": (1, -2, 1, 0),
+    "torque": (2, -2, 1, 0),
+    "energy": (2, -2, 1, 0),
+    "momentum": (1, -1, 1, 0),
+    "angular momentum": (2, -1, 1, 0),
+    "potential": (2, -2, 0, 0),
+    "acceleration": (1, -2, 0, 0),
+    "G": (3, -2, -1, 0),
+    "mu": (3, -2, 0, 0),
+}
+
+
+def is_quantity(value: object) -> bool:
+    """Whether a value carries a unit."""
+    return hasattr(value, "unit") and hasattr(value, "to_value")
+
+
+def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
+    """A float array, or an error that names the argument."""
+    try:
+        return np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
+
+
+class Units:
+    """Units of length, time and mass of a system, or none (plain numbers).
+
+    Parameters
+    ----------
+    names : (length, time, mass) or None
+        Anything that ``astropy.units.Unit`` takes.
+    """
+
+    def __init__(self, names: tuple[object, object, object] | None = None) -> None:
+        if names is None:
+            self._base: tuple[Any, Any, Any] | None = None
+            return
+        from astropy import units as u
+
+        try:
+            length, time, mass = names
+            base = (u.Unit(length), u.Unit(time), u.Unit(mass))
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(
+                f"units is {names!r}; expected (length, time, mass), such as ('km', 'hour', 'kg')"
+            ) from error
+        for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
+            if not unit.is_equivalent(expected):
+                raise InvalidInput(
+                    f"units has {str(unit)!r}; expected a unit of {expected.physical_type} there, such as {expected}"
+                )
+        self._base = base
+
+    @property
+    def known(self) -> bool:
+        """Whether results are Quantities."""
+        return self._base is not None
+
+    @property
+    def names(self) -> tuple[str, str, str] | None:
+        """The units as strings."""
+        if self._base is None:
+            return None
+        length, time, mass = self._base
+        return (str(length), str(time), str(mass))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Units) and self.names == other.names
+
+    def __hash__(self) -> int:
+        return hash(self.names)
+
+    def unit(self, dimension: str) -> Any:
+        """The unit of a dimension; radians for angles."""
+        from astropy import units as u
+
+        if self._base is None:
+            raise InvalidInput("this system has no units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
+        length, time, mass = self._base
+        powers = _DIMENSIONS[dimension]
+        return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
+
+    def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
+        """Numbers in this system's units."""
+        if not is_quantity(value):
+            return numbers(value, what)
+        from astropy import units as u
+
+        if dimension == "angle":
+            unit = u.rad
+        elif self._base is None:
+            raise InvalidInput(
+                f"{what} has the unit {value.unit}, but the system has no units; "  # type: ignore[attr-defined]
+                "give fullbody.System(..., units=('km', 'hour', 'kg')) or a plain number"
+            )
+        else:
+            unit = self.unit(dimension)
+        return strip_to(value, unit, what)
+
+    def attach(self, value: Any, dimension: str) -> Any:
+        """The value as a Quantity, or unchanged where the system has no units."""
+        if self._base is None:
+            return value
+        return value << self.unit(dimension)
+
+    @cached_property
+    def gravitational_constant(self) -> float:
+        """Newton's constant (CODATA, as in astropy) in these units."""
+        from astropy import constants
+
+        return float(constants.G.to_value(self.unit("G")))
+
+
+def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
+    """Numbers of a Quantity in a unit, or an error that names both units."""
+    from astropy import units as u
+
+    try:
+        return np.array(value.to_value(unit, equivalencies=u.dimensionless_angles()), dtype=np.float64, order="C")
+    except u.UnitConversionError as error:
+        raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
+
+
+def scalar(value: npt.NDArray[np.float64], what: str) -> float:
+    """A single number, or an error that names the argument."""
+    if value.ndim != 0:
+        raise InvalidInput(f"{what} has shape {value.shape}; expected a single number")
+    return float(value)

@@ -1,0 +1,272 @@
+"""Shapes and bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._units import Units, is_quantity, scalar
+from .errors import InvalidInput
+
+__all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
+
+
+def _check_lengths(**lengths: object) -> None:
+    for name, value in lengths.items():
+        number = np.asarray(getattr(value, "value", value))
+        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
+            raise InvalidInput(f"{name} is {value!r}; expected a finite number above zero")
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """A homogeneous ellipsoid.
+
+    Parameters
+    ----------
+    a, b, c : float or Quantity
+        Semi-axes along the body frame's x, y and z, in any order of size; equal ones are welcome.
+
+    Raises
+    ------
+    InvalidInput
+        For a semi-axis that is not a finite number above zero.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Ellipsoid(0.766, 0.7475, 0.6735)
+    Ellipsoid(a=0.766, b=0.7475, c=0.6735)
+    """
+
+    a: Any
+    b: Any
+    c: Any
+
+    def __post_init__(self) -> None:
+        _check_lengths(**{"semi-axis a": self.a, "semi-axis b": self.b, "semi-axis c": self.c})
+
+    @property
+    def semi_axes(self) -> tuple[Any, Any, Any]:
+        """Semi-axes along x, y, z."""
+        return (self.a, self.b, self.c)
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A homogeneous sphere.
+
+    Parameters
+    ----------
+    radius : float or Quantity
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Sphere(1.5).semi_axes
+    (1.5, 1.5, 1.5)
+    """
+
+    radius: Any
+
+    def __post_init__(self) -> None:
+        _check_lengths(radius=self.radius)
+
+    @property
+    def semi_axes(self) -> tuple[Any, Any, Any]:
+        """The radius three times."""
+        return (self.radius, self.radius, self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class PointMass:
+    """A body without extent: no torque acts on it and its spin does not change.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Body(fullbody.PointMass(), mass=1.0, name="probe")
+    Body('probe', PointMass(), mass=1.0)
+    """
+
+    @property
+    def semi_axes(self) -> None:
+        """A point has none."""
+        return None
+
+
+class Body:
+    """A shape with a mass.
+
+    Parameters
+    ----------
+    shape : Ellipsoid, Sphere or PointMass
+    mass, density : float or Quantity
+        One of the two.
+    name : str, optional
+        What errors, tables and plots call it. Bodies without a name are called after their place in the system.
+
+    Raises
+    ------
+    InvalidInput
+        For both or neither of mass and density, for values that are not finite numbers above zero, and for the density
+        of a point.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12, name="Alpha")
+    >>> alpha
+    Body('Alpha', Ellipsoid(a=0.766, b=0.7475, c=0.6735), mass=2353000000000.0)
+    """
+
+    __slots__ = ("_density", "_mass", "_name", "_shape")
+
+    def __init__(
+        self,
+        shape: Ellipsoid | Sphere | PointMass,
+        mass: Any = None,
+        density: Any = None,
+        name: str | None = None,
+    ) -> None:
+        called = name if name is not None else "the body"
+        if not isinstance(shape, Ellipsoid | Sphere | PointMass):
+            raise InvalidInput(f"shape of {called} is {shape!r}; expected an Ellipsoid, a Sphere or a PointMass")
+        if name is not None and not isinstance(name, str):
+            raise InvalidInput(f"name is {name!r}; expected text")
+        if (mass is None) == (density is None):
+            given = "neither mass nor density" if mass is None else "both a mass and a density"
+            raise InvalidInput(f"{called} is given {given}; expected one of the two")
+        if density is not None and isinstance(shape, PointMass):
+            raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
+        _check_lengths(**({f"mass of {called}": mass} if density is None else {f"density of {called}": density}))
+        self._shape = shape
+        self._mass = mass
+        self._density = density
+        self._name = name
+
+    @property
+    def shape(self) -> Ellipsoid | Sphere | PointMass:
+        """The shape."""
+        return self._shape
+
+    @property
+    def mass(self) -> Any:
+        """Mass as given, or density times volume."""
+        if self._mass is not None:
+            return self._mass
+        axes = self._shape.semi_axes
+        assert axes is not None
+        return self._density * (4.0 / 3.0 * np.pi * axes[0] * axes[1] * axes[2])
+
+    @property
+    def density(self) -> Any:
+        """Density as given, or mass by volume; ``None`` for a point."""
+        if self._density is not None:
+            return self._density
+        axes = self._shape.semi_axes
+        return None if axes is None else self._mass / (4.0 / 3.0 * np.pi * axes[0] * axes[1] * axes[2])
+
+    @property
+    def name(self) -> str | None:
+        """The name."""
+        return self._name
+
+    def __repr__(self) -> str:
+        value = f"density={self._density!r}" if self._mass is None else f"mass={self._mass!r}"
+        name = "" if self._name is None else f"{self._name!r}, "
+        return f"Body({name}{self._shape!r}, {value})"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Body) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(repr(self))
+
+    def _key(self) -> tuple[object, ...]:
+        return (self._shape, self._mass, self._density, self._name)
+
+    def _core(self, units: Units, index: int) -> _core.Body:
+        """The body in a system's units."""
+        name = self._name if self._name is not None else f"body {index}"
+        axes: Any = self._shape.semi_axes
+        if axes is not None:
+            axes = tuple(
+                scalar(
+                    units.strip(axis, "length", f"semi-axis {label} of {name}"),
+                    f"semi-axis {label} of {name}",
+                )
+                for axis, label in zip(axes, "abc", strict=True)
+            )
+        mass, density = (
+            None if value is None else scalar(units.strip(value, dimension, f"{dimension} of {name}"), dimension)
+            for value, dimension in ((self._mass, "mass"), (self._density, "density"))
+        )
+        return _core.Body(name, axes, mass, density)
+
+    def potential(self, points: Any, G: Any) -> Any:
+        """Exterior potential Phi (positive) at points of the body frame.
+
+        Parameters
+        ----------
+        points : array_like, (3,) or (K, 3)
+            Outside the body or on its surface; plain numbers in the units of the semi-axes.
+        G : float
+            Gravitational constant in consistent units.
+
+        Returns
+        -------
+        ndarray, () or (K,)
+
+        Raises
+        ------
+        InvalidInput
+            For a point inside the body, and for Quantities (strip them first).
+
+        Notes
+        -----
+        Equal to the paper's ``eq:Potential_elliptic`` (MacMillan 1930), by Carlson's integrals.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> ball = fullbody.Body(fullbody.Sphere(1.0), mass=3.0)
+        >>> float(ball.potential([0.0, 0.0, 2.0], G=1.0))
+        1.5
+        """
+        return self._exterior(points, G)[0]
+
+    def field(self, points: Any, G: Any) -> Any:
+        """Exterior field g = grad Phi at points of the body frame; see :meth:`potential`.
+
+        Parameters
+        ----------
+        points : array_like, (3,) or (K, 3)
+        G : float
+
+        Returns
+        -------
+        ndarray, (3,) or (K, 3)
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> ball = fullbody.Body(fullbody.Sphere(1.0), mass=3.0)
+        >>> ball.field([0.0, 0.0, 2.0], G=1.0)[2]
+        np.float64(-0.75)
+        """
+        return self._exterior(points, G)[1]
+
+    def _exterior(self, points: Any, G: Any) -> tuple[Any, Any]:
+        if is_quantity(points) or is_quantity(G):
+            raise InvalidInput("points and G have units; expected plain numbers in the units of the body")
+        units = Units()
+        array = units.strip(points, "length", "points")
+        if array.ndim not in (1, 2) or array.shape[-1] != 3:
+            raise InvalidInput(f"points has shape {array.shape}; expected (3,) or (K, 3)")
+        constant = scalar(units.strip(G, "G", "G"), "G")
+        potential, field = _core.exterior_gravity(self._core(units, 0), constant, np.atleast_2d(array))
+        return (potential, field) if array.ndim == 2 else (potential[0], field[0])

@@ -1,0 +1,102 @@
+"""What can go wrong: one base class, and children that say what and when."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .run import Run
+
+__all__ = [
+    "BodiesOverlap",
+    "ChartSingularity",
+    "FullbodyError",
+    "Interrupted",
+    "InvalidInput",
+    "NotConverged",
+    "StepSizeTooSmall",
+]
+
+
+class FullbodyError(Exception):
+    """Base of all errors of this package.
+
+    Attributes
+    ----------
+    run : Run or None
+        Where an integration was cut short, what it had recorded until then.
+    """
+
+    run: Run | None = None
+
+
+class InvalidInput(FullbodyError, ValueError):
+    """An argument that describes nothing physical, has the wrong shape or the wrong unit."""
+
+
+class BodiesOverlap(FullbodyError):
+    """Two bodies share interior points.
+
+    Attributes
+    ----------
+    bodies : tuple of str
+        Their names.
+    time : float
+        When, in the system's units.
+    """
+
+    def __init__(self, message: str, bodies: tuple[str, str] = ("", ""), time: float = float("nan")) -> None:
+        super().__init__(message, bodies, time)
+        self.bodies = bodies
+        self.time = time
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class StepSizeTooSmall(FullbodyError, RuntimeError):
+    """The error control asks for steps that no longer advance the time: a singularity.
+
+    Attributes
+    ----------
+    time, step : float
+        When, and the step asked for, in the system's units.
+    """
+
+    def __init__(self, message: str, time: float = float("nan"), step: float = float("nan")) -> None:
+        super().__init__(message, time, step)
+        self.time = time
+        self.step = step
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class NotConverged(FullbodyError, RuntimeError):
+    """A quadrature or iteration that reached its stated limit."""
+
+
+class ChartSingularity(FullbodyError, RuntimeError):
+    """A body came too near the pole of the Tait-Bryan angles (theta = 90 degrees).
+
+    Attributes
+    ----------
+    body : str
+        Its name.
+    time : float
+        When, in the system's units.
+    """
+
+    def __init__(self, message: str, body: str = "", time: float = float("nan")) -> None:
+        super().__init__(message, body, time)
+        self.body = body
+        self.time = time
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during an integration; ``run`` holds what was recorded until then."""
+
+    run: Run | None = None

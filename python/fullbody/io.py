@@ -1,0 +1,134 @@
+"""Runs as files: NetCDF through xarray."""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .bodies import Body, Ellipsoid, PointMass, Sphere
+from .errors import InvalidInput
+from .integrators import Verner98
+from .run import Run, Statistics
+from .system import System
+
+__all__ = ["load", "save", "to_xarray"]
+
+#: Variables: dimensions after time, dimension of the unit, meaning.
+_VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
+    "position": (("body", "axis"), "length", "centres, inertial frame"),
+    "velocity": (("body", "axis"), "velocity", "velocities of the centres, inertial frame"),
+    "attitude": (("body", "quaternion"), None, "unit quaternions, body frame to inertial"),
+    "spin": (("body", "axis"), "spin", "angular velocities, body frames"),
+    "energy": (("part",), "energy", "energies"),
+    "angular_momentum": (("axis",), "angular momentum", "total angular momentum about the origin, inertial"),
+}
+_COORDINATES = {
+    "axis": ["x", "y", "z"],
+    "quaternion": ["w", "x", "y", "z"],
+    "part": ["total", "translational", "rotational", "potential"],
+}
+_FORMAT = 1
+_SHAPES = {"Ellipsoid": Ellipsoid, "Sphere": Sphere, "PointMass": PointMass}
+
+
+def to_xarray(run: Run) -> Any:
+    """The run as an ``xarray.Dataset``; see :meth:`fullbody.Run.to_xarray`."""
+    import xarray as xr
+
+    from . import __version__
+
+    units = run.system._units
+
+    def attributes(dimension: str | None, text: str) -> dict[str, str]:
+        unit = {"units": str(units.unit(dimension))} if dimension and units.known else {}
+        return {"long_name": text, **unit}
+
+    variables = {
+        name: (("time", *dims), run._record[name], attributes(dimension, text))
+        for name, (dims, dimension, text) in _VARIABLES.items()
+    }
+    coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
+    coordinates["body"] = ("body", list(run.system.names))
+    coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
+    s = run.statistics
+    return xr.Dataset(
+        variables,
+        coordinates,
+        {
+            "title": "fullbody run",
+            "fullbody_version": __version__,
+            "fullbody_format": _FORMAT,
+            "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
+            "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
+            "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
+        },
+    )
+
+
+def save(run: Run, path: Any) -> None:
+    """Write a run; see :meth:`fullbody.Run.save`."""
+    path = Path(path)
+    dataset = run.to_xarray()
+    # A file of that name is either the old one or the whole new one, never half of it.
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    try:
+        dataset.to_netcdf(temporary, engine="h5netcdf")
+        os.replace(temporary, path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def load(path: Any) -> Run:
+    """Read a run that :meth:`fullbody.Run.save` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Run
+        Equal to the one that was saved, bit for bit.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that is not a run of this package, or a damaged one.
+    """
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+            dataset.load()
+        setup = json.loads(dataset.attrs["fullbody_setup"])
+        record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
+        counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+    except FileNotFoundError:
+        raise
+    except (OSError, KeyError, ValueError) as error:
+        raise InvalidInput(f"{path} is not a readable run of fullbody: {error}") from error
+    if dataset.attrs["fullbody_format"] > _FORMAT:
+        raise InvalidInput(f"{path} was written by a newer fullbody, {dataset.attrs['fullbody_version']}")
+    system, integrator = _restore(setup)
+    return Run(system, record, counts, integrator)
+
+
+def _describe(system: System, integrator: Verner98) -> dict[str, Any]:
+    """The set-up as JSON; floats keep all their digits there."""
+    settings = {"name": type(integrator).__name__, "rtol": integrator.rtol, "atol": integrator.atol}
+    return {**system._describe(), "integrator": settings}
+
+
+def _restore(setup: dict[str, Any]) -> tuple[System, Verner98]:
+    units = None if setup["units"] is None else tuple(setup["units"])
+    bodies = [Body(_SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in setup["bodies"]]
+    options = dict(setup["options"])
+    options["order"] = None if options["order"] is None else tuple(options["order"])
+    system = System(bodies, setup["G"], units=units, **options)
+    return system, Verner98(setup["integrator"]["rtol"], setup["integrator"]["atol"])

@@ -1,0 +1,235 @@
+"""The recorded run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .elements import KeplerElements
+from .integrators import Verner98
+from .state import State
+
+if TYPE_CHECKING:
+    from .system import System
+
+__all__ = ["Run", "Statistics"]
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Counts of an integration.
+
+    Attributes
+    ----------
+    steps, rejected, evaluations : int
+        Accepted steps, rejected attempts, evaluations of the rates of change.
+    """
+
+    steps: int
+    rejected: int
+    evaluations: int
+
+
+class Run:
+    """What an integration recorded; K samples of N bodies.
+
+    ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run`.
+    Arrays are read-only views; Quantities where the system has units.
+
+    Attributes
+    ----------
+    system : System
+    statistics : Statistics
+    integrator : Verner98
+    """
+
+    def __init__(
+        self,
+        system: System,
+        record: dict[str, npt.NDArray[np.float64]],
+        statistics: Statistics,
+        integrator: Verner98,
+    ) -> None:
+        self.system = system
+        self.statistics = statistics
+        self.integrator = integrator
+        self._record = record
+        for values in record.values():
+            values.flags.writeable = False
+
+    def _get(self, name: str, dimension: str) -> Any:
+        return self.system._units.attach(self._record[name], dimension)
+
+    @property
+    def time(self) -> Any:
+        """Times (K,)."""
+        return self._get("time", "time")
+
+    @property
+    def position(self) -> Any:
+        """Centres (K, N, 3), inertial."""
+        return self._get("position", "length")
+
+    @property
+    def velocity(self) -> Any:
+        """Velocities (K, N, 3), inertial."""
+        return self._get("velocity", "velocity")
+
+    @property
+    def attitude(self) -> Any:
+        """Unit quaternions (K, N, 4), ``[w, x, y, z]``."""
+        return self._record["attitude"]
+
+    @property
+    def spin(self) -> Any:
+        """Angular velocities (K, N, 3), body frames."""
+        return self._get("spin", "spin")
+
+    @property
+    def energy(self) -> Any:
+        """Total energy (K,)."""
+        return self._energy(0)
+
+    @property
+    def translational_energy(self) -> Any:
+        """Kinetic energy of the centres (K,)."""
+        return self._energy(1)
+
+    @property
+    def rotational_energy(self) -> Any:
+        """Kinetic energy of the spins (K,)."""
+        return self._energy(2)
+
+    @property
+    def potential_energy(self) -> Any:
+        """Potential energy (K,), negative."""
+        return self._energy(3)
+
+    def _energy(self, part: int) -> Any:
+        return self.system._units.attach(self._record["energy"][:, part], "energy")
+
+    @property
+    def angular_momentum(self) -> Any:
+        """Total angular momentum (K, 3) about the origin, inertial."""
+        return self._get("angular_momentum", "angular momentum")
+
+    @property
+    def energy_drift(self) -> npt.NDArray[np.float64]:
+        """Change of the total energy since the start, relative to it (K,)."""
+        energy = self._record["energy"][:, 0]
+        return np.asarray((energy - energy[0]) / abs(energy[0]))
+
+    @property
+    def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
+        """Change of the total energy since the start, relative to abs(potential + translational) there (K,).
+
+        The energy of a fast spin can dwarf that of the orbit and hide its error.
+        """
+        energy = self._record["energy"]
+        return np.asarray((energy[:, 0] - energy[0, 0]) / abs(energy[0, 1] + energy[0, 3]))
+
+    @property
+    def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
+        """Length of the change of the angular momentum since the start, relative to its length (K,)."""
+        momentum = self._record["angular_momentum"]
+        change = np.linalg.norm(momentum - momentum[0], axis=1)
+        return np.asarray(change / np.linalg.norm(momentum[0]))
+
+    def elements(self, mu: Any = None, primary: int = 0, secondary: int = 1) -> KeplerElements:
+        """Osculating elements of one body about another.
+
+        Parameters
+        ----------
+        mu : float or Quantity, optional
+            G times the sum of the two masses, unless given.
+        primary, secondary : int
+            Places in the system.
+
+        Returns
+        -------
+        KeplerElements
+            Of arrays (K,).
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.integrate(state, 10.0, output=1.0).elements().e.shape
+        (11,)
+        """
+        units = self.system._units
+        mu = self.system.mu(primary, secondary) if mu is None else mu
+        number = float(units.strip(mu, "mu", "mu"))
+        position, velocity = self._record["position"], self._record["velocity"]
+        rows = _core.cartesian_to_elements(
+            np.ascontiguousarray(position[:, secondary] - position[:, primary]),
+            np.ascontiguousarray(velocity[:, secondary] - velocity[:, primary]),
+            number,
+        )
+        a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)
+        return KeplerElements._trusted(
+            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)]
+        )
+
+    def __len__(self) -> int:
+        return len(self._record["time"])
+
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> Run: ...
+    def __getitem__(self, index: int | slice) -> State | Run:
+        if isinstance(index, slice):
+            record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
+            return Run(self.system, record, self.statistics, self.integrator)
+        r = self._record
+        core = _core.State(
+            float(r["time"][index]),
+            *(np.ascontiguousarray(r[n][index]) for n in ("position", "velocity", "attitude", "spin")),
+        )
+        return State._wrap(core, self.system._units)
+
+    def __iter__(self) -> Iterator[State]:
+        return (self[k] for k in range(len(self)))
+
+    def to_xarray(self) -> Any:
+        """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        from .io import to_xarray
+
+        return to_xarray(self)
+
+    def save(self, path: Any) -> None:
+        """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
+
+        Parameters
+        ----------
+        path : str or Path
+        """
+        from .io import save
+
+        save(self, path)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Run):
+            return NotImplemented
+        same = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
+        return same and self.system == other.system and self.statistics == other.statistics
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        if len(self) == 0:
+            return f"Run(no samples, {self.system!r})"
+        span = f"{self.time[0]} to {self.time[-1]}"
+        s = self.statistics
+        return f"Run({len(self)} samples from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"

@@ -1,0 +1,235 @@
+"""The state of a system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._units import Units, is_quantity, numbers, scalar, strip_to
+from .errors import InvalidInput
+
+__all__ = ["State"]
+
+_FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
+
+
+class State:
+    """Position, velocity, attitude and spin of every body at a time.
+
+    Parameters
+    ----------
+    position : array_like or Quantity, (N, 3)
+        Centres, inertial frame.
+    velocity : array_like or Quantity, (N, 3)
+        Velocities of the centres, inertial frame.
+    attitude : array_like, (N, 4), optional
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length.
+        Without them the body frames are parallel to the inertial one.
+    spin : array_like or Quantity, (N, 3), optional
+        Angular velocities in the body frames, radians per unit time; zero if not given.
+    time : float or Quantity
+        Time in the system's units.
+
+    Raises
+    ------
+    InvalidInput
+        For values that are not finite, wrong shapes, or a quaternion of length zero.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> state = fullbody.State(position=[[0, 0, 0], [2.5, 0, 0]], velocity=[[0, 0, 0], [0, 0.9, 0]])
+    >>> state.attitude
+    array([[1., 0., 0., 0.],
+           [1., 0., 0., 0.]])
+    """
+
+    __slots__ = ("_core", "_units")
+
+    def __init__(
+        self,
+        position: Any,
+        velocity: Any,
+        attitude: Any = None,
+        spin: Any = None,
+        time: Any = 0.0,
+    ) -> None:
+        values, self._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
+        if attitude is None:
+            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(values["position"]), 1))
+        self._core = _core.State(
+            scalar(values["time"], "time"),
+            values["position"],
+            values["velocity"],
+            numbers(attitude, "attitude"),
+            values["spin"],
+        )
+
+    @classmethod
+    def from_tait_bryan(
+        cls,
+        position: Any,
+        velocity: Any,
+        angles: Any,
+        spin: Any = None,
+        time: Any = 0.0,
+    ) -> State:
+        """A state from the paper's angles instead of quaternions.
+
+        Parameters
+        ----------
+        position, velocity, spin, time
+            As for :class:`State`.
+        angles : array_like or Quantity, (N, 3)
+            (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; radians as floats.
+
+        Returns
+        -------
+        State
+
+        Examples
+        --------
+        >>> import fullbody, numpy as np
+        >>> state = fullbody.State.from_tait_bryan(
+        ...     position=[[0, 0, 0]], velocity=[[0, 0, 0]], angles=[[0, 0, np.pi / 2]])
+        >>> (state.rotation_matrix[0] @ [1, 0, 0]).round(12)
+        array([0., 1., 0.])
+        """
+        state = cls.__new__(cls)
+        values, state._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
+        state._core = _core.State.from_tait_bryan(
+            scalar(values["time"], "time"),
+            values["position"],
+            values["velocity"],
+            Units().strip(angles, "angle", "angles"),
+            values["spin"],
+        )
+        return state
+
+    @classmethod
+    def _wrap(cls, core: _core.State, units: Units) -> State:
+        state = cls.__new__(cls)
+        state._core = core
+        state._units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.known else {}
+        return state
+
+    def _in(self, units: Units) -> _core.State:
+        """The numbers in a system's units."""
+        if not self._units:
+            return self._core
+        values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
+        if all(np.array_equal(values[name], getattr(self._core, name)) for name in _FIELDS):
+            return self._core
+        return _core.State(
+            float(values["time"]), values["position"], values["velocity"], self._core.attitude, values["spin"]
+        )
+
+    def _get(self, name: str) -> Any:
+        value = getattr(self._core, name)
+        if name not in self._units:
+            return value
+        return value << self._units[name]
+
+    @property
+    def time(self) -> Any:
+        """Time."""
+        return self._get("time")
+
+    @property
+    def position(self) -> Any:
+        """Centres (N, 3), inertial."""
+        return self._get("position")
+
+    @property
+    def velocity(self) -> Any:
+        """Velocities (N, 3), inertial."""
+        return self._get("velocity")
+
+    @property
+    def attitude(self) -> Any:
+        """Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."""
+        return self._core.attitude
+
+    @property
+    def spin(self) -> Any:
+        """Angular velocities (N, 3), body frames."""
+        return self._get("spin")
+
+    @property
+    def rotation_matrix(self) -> Any:
+        """Rotation matrices (N, 3, 3), body frame to inertial."""
+        return self._core.rotation_matrix
+
+    @property
+    def tait_bryan(self) -> Any:
+        """The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
+        return self._core.tait_bryan
+
+    def replace(self, **changes: Any) -> State:
+        """A copy with some of ``position``, ``velocity``, ``attitude``, ``spin``, ``time`` changed.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]])
+        >>> state.replace(time=3.0).time
+        3.0
+        """
+        names = ("position", "velocity", "attitude", "spin", "time")
+        unknown = set(changes) - set(names)
+        if unknown:
+            raise InvalidInput(f"{sorted(unknown)[0]!r} is no part of a state; expected some of {names}")
+        return State(**{name: changes.get(name, getattr(self, name)) for name in names})
+
+    def __len__(self) -> int:
+        return len(self._core.position)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, State):
+            return NotImplemented
+        names = ("time", "position", "velocity", "attitude", "spin")
+        same = all(np.array_equal(getattr(self._core, n), getattr(other._core, n)) for n in names)
+        return same and self._units == other._units
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        with np.printoptions(precision=6, suppress=False):
+            rows = [f"  {name}={getattr(self, name)!s}" for name in ("position", "velocity", "attitude", "spin")]
+        body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
+        return f"State(time={self.time},\n{body})"
+
+    def __reduce__(self) -> Any:
+        arguments = (self.position, self.velocity, self.attitude, self.spin, self.time)
+        return (State, arguments)
+
+
+def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Numbers and units of the dimensional parts of a state."""
+    stripped: dict[str, Any] = {}
+    units: dict[str, Any] = {}
+    for name, value in values.items():
+        if name == "spin" and value is None:
+            continue
+        if not is_quantity(value):
+            stripped[name] = numbers(value, name)
+            continue
+        from astropy import units as u
+
+        unit = value.unit
+        if name == "spin":
+            # A rate without an angle counts as radians.
+            unit = u.rad * unit if unit.is_equivalent(u.s**-1) else unit
+        expected = {"time": u.s, "position": u.m, "velocity": u.m / u.s, "spin": u.rad / u.s}[name]
+        strip_to(value, expected, name)
+        stripped[name] = strip_to(value, unit, name)
+        units[name] = unit
+    if "spin" not in stripped:
+        stripped["spin"] = np.zeros_like(stripped["position"])
+        if "position" in units:
+            from astropy import units as u
+
+            units["spin"] = u.rad / u.s
+    return stripped, units

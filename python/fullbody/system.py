@@ -1,0 +1,335 @@
+"""A system: bodies under their mutual gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from . import _core
+from ._units import Units, scalar
+from .bodies import Body
+from .errors import InvalidInput
+from .integrators import Verner98
+from .state import State
+
+if TYPE_CHECKING:
+    from .run import Run
+
+__all__ = ["Energy", "Interactions", "System"]
+
+
+@dataclass(frozen=True, slots=True)
+class Interactions:
+    """Forces, torques and the potential energy of a state.
+
+    Attributes
+    ----------
+    force : ndarray or Quantity, (N, 3)
+        Inertial frame.
+    torque : ndarray or Quantity, (N, 3)
+        About each body's centre, in its body frame.
+    potential_energy : float or Quantity
+        Negative: minus the paper's U.
+    """
+
+    force: Any
+    torque: Any
+    potential_energy: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """Energy in its parts.
+
+    Attributes
+    ----------
+    total, translational, rotational, potential : float or Quantity
+    """
+
+    total: Any
+    translational: Any
+    rotational: Any
+    potential: Any
+
+
+class System:
+    """Bodies under their mutual gravity.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        Two or more; one alone turns freely.
+    G : float or Quantity, optional
+        Gravitational constant in the units of everything else. With ``units`` it is astropy's unless given.
+    gravity : str
+        ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
+        ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
+    gravity_tolerance : float
+        Of the quadrature, relative to the force.
+    order : (int, int), optional
+        A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
+    units : (length, time, mass), optional
+        Names or astropy units. Results are then Quantities, and plain numbers are taken to be in these units.
+    attitude_chart : {"quaternion", "tait_bryan"}
+        How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
+        theta = 90 degrees.
+    vector_path : {"auto", "portable", "avx2", "avx512"}
+        Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
+        every machine.
+
+    Raises
+    ------
+    InvalidInput
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12, name="Alpha")
+    >>> beta = fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta")
+    >>> fullbody.System([alpha, beta], G=8.64960768e-13)
+    System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
+    """
+
+    __slots__ = ("_G", "_bodies", "_core", "_options", "_units")
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        G: Any = None,
+        *,
+        gravity: str = "focal",
+        gravity_tolerance: float = 1e-14,
+        order: tuple[int, int] | None = None,
+        units: tuple[object, object, object] | None = None,
+        attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
+        vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
+    ) -> None:
+        self._units = Units(units)
+        try:
+            self._bodies = tuple(bodies)
+        except TypeError as error:
+            raise InvalidInput(f"bodies is {bodies!r}; expected a sequence of Body") from error
+        for body in self._bodies:
+            if not isinstance(body, Body):
+                raise InvalidInput(f"bodies has {body!r}; expected a sequence of Body")
+        if G is None:
+            if not self._units.known:
+                raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+            self._G = self._units.gravitational_constant
+        else:
+            self._G = scalar(self._units.strip(G, "G", "G"), "G")
+        self._options: dict[str, Any] = {
+            "gravity": gravity,
+            "gravity_tolerance": gravity_tolerance,
+            "order": order,
+            "attitude_chart": attitude_chart,
+            "vector_path": vector_path,
+        }
+        core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
+        try:
+            self._core = _core.System(
+                core, self._G, gravity, float(gravity_tolerance), order, attitude_chart, vector_path
+            )
+        except (TypeError, OverflowError) as error:
+            raise InvalidInput(f"an option of the system has the wrong type: {error}") from error
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies."""
+        return self._bodies
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies; ``body i`` where none was given."""
+        return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
+
+    @property
+    def G(self) -> Any:
+        """Gravitational constant."""
+        return self._units.attach(self._G, "G")
+
+    @property
+    def units(self) -> tuple[str, str, str] | None:
+        """Units of length, time and mass, if the system has any."""
+        return self._units.names
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The method and its settings."""
+        return dict(self._options)
+
+    @property
+    def masses(self) -> Any:
+        """Masses (N,)."""
+        values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
+        import numpy as np
+
+        return self._units.attach(np.array(values), "mass")
+
+    def mu(self, i: int = 0, j: int = 1) -> Any:
+        """G times the sum of two masses.
+
+        Parameters
+        ----------
+        i, j : int
+            Places in :attr:`bodies`.
+        """
+        masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
+        return self._units.attach(self._G * (masses[i] + masses[j]), "mu")
+
+    def with_options(self, **options: Any) -> System:
+        """The same bodies and G with other settings.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.with_options(gravity="surface").options["gravity"]
+        'surface'
+        """
+        return System(self._bodies, self.G, units=self._units.names, **{**self._options, **options})
+
+    def interactions(self, state: State) -> Interactions:
+        """Forces, torques and potential energy.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        Interactions
+
+        Raises
+        ------
+        BodiesOverlap
+        NotConverged
+            Where the quadrature reaches its limit of nodes; bodies in contact with sharp rims.
+
+        Notes
+        -----
+        The paper's Eqs. (2), (3) and, for the potential energy, minus its Eq. (4).
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> f = system.interactions(state)
+        >>> f.force.shape, f.torque.shape
+        ((2, 3), (2, 3))
+        >>> bool(abs(f.force.sum()) < 1e-15)
+        True
+        """
+        force, torque, energy = self._core.interactions(self._strip(state))
+        attach = self._units.attach
+        return Interactions(attach(force, "force"), attach(torque, "torque"), attach(energy, "energy"))
+
+    def energy(self, state: State) -> Energy:
+        """Energy of a state in its parts.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        Energy
+        """
+        return Energy(*(self._units.attach(part, "energy") for part in self._core.energy(self._strip(state))))
+
+    def momentum(self, state: State) -> Any:
+        """Total momentum (3,), inertial."""
+        return self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+
+    def angular_momentum(self, state: State) -> Any:
+        """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
+        return self._units.attach(self._core.angular_momentum(self._strip(state)), "angular momentum")
+
+    def integrate(
+        self,
+        state: State,
+        until: Any,
+        output: Any = None,
+        integrator: Verner98 | None = None,
+        progress: Any = False,
+    ) -> Run:
+        """Run from a state to a time.
+
+        Parameters
+        ----------
+        state : State
+        until : float or Quantity
+            End of the run; before ``state.time`` to run backwards.
+        output : None, float, Quantity or array_like
+            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
+            times.
+        integrator : Verner98, optional
+        progress : bool, str or callable
+            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
+            With the run so far in the attribute ``run``.
+        Interrupted
+            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=1.0)
+        >>> run.position.shape
+        (11, 2, 3)
+        """
+        from .simulation import Simulation
+
+        return Simulation(self, state, integrator=integrator).integrate(until, output=output, progress=progress)
+
+    def _strip(self, state: State) -> _core.State:
+        if not isinstance(state, State):
+            raise InvalidInput(f"state is {state!r}; expected a State")
+        return state._in(self._units)
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+    def _describe(self) -> dict[str, Any]:
+        """The system in numbers of its own units."""
+
+        def size(shape: Any) -> dict[str, float]:
+            names = getattr(shape, "__slots__", ())
+            return {name: float(self._units.strip(getattr(shape, name), "length", name)) for name in names}
+
+        bodies = [
+            {
+                "name": body.name,
+                "shape": type(body.shape).__name__,
+                "size": size(body.shape),
+                "mass": body._core(self._units, index).mass,
+            }
+            for index, body in enumerate(self._bodies)
+        ]
+        return {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, System) and self._describe() == other._describe()
+
+    def __hash__(self) -> int:
+        return hash(repr(self))
+
+    def __repr__(self) -> str:
+        units = "" if self._units.names is None else f", units={self._units.names}"
+        return f"System({list(self.names)}, G={self._G!r}, gravity={self._options['gravity']!r}{units})"
+
+    def __reduce__(self) -> Any:
+        return (_rebuild, (self._bodies, self._G, self._units.names, self._options))
+
+
+def _rebuild(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> System:
+    return System(bodies, G, units=units, **options)

@@ -1,0 +1,225 @@
+"""Ready-made systems, each with its source.
+
+Each function gives ``(system, state)``. Options of :class:`fullbody.System` (``gravity=``, ``order=``, ...) are passed
+on.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .bodies import Body, Ellipsoid
+from .elements import KeplerElements
+from .errors import InvalidInput
+
+if TYPE_CHECKING:
+    from .state import State
+    from .system import System
+
+__all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
+
+#: Newton's constant of the paper, 6.67408e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
+_G_HO2021 = 6.67408e-11 * 1e-9 * 3600.0**2
+_KW4_UNITS = ("km", "hour", "kg")
+_KW4_MASSES = (2.353e12, 0.135e12)
+_KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
+_KW4_POLE_TILT = 3.2
+_KW4_SPINS = (2.2728, 0.3611)
+_KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
+_KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
+
+
+def kw4_ho2021(
+    shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
+    *,
+    units: bool = False,
+    **options: Any,
+) -> tuple[System, State]:
+    """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
+
+    Alpha starts at rest at the origin with phi = 3.2 degrees; Beta carries the whole relative state of
+    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts elements referred to
+    the plane of the sky (Ostro et al. 2006) beside spins along the inertial z-axis: the orbit is retrograde to both
+    spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator. :func:`kw4` is that
+    one.
+
+    Parameters
+    ----------
+    shape : {"ellipsoid", "spheroid"}
+        Spheroids have b = a, as in the paper.
+    units : bool
+        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    References
+    ----------
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35. Ostro et al. (2006), Science 314, 1276.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4_ho2021("spheroid")
+    >>> system.bodies[0].shape
+    Ellipsoid(a=0.766, b=0.766, c=0.6735)
+    """
+    system = _kw4_system(shape, units, options)
+    angles = {name: np.deg2rad(value) for name, value in _KW4_SKY.items()}
+    position, velocity = KeplerElements(**_KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
+    return system, _state(
+        units,
+        position=[[0.0, 0.0, 0.0], position],
+        velocity=[[0.0, 0.0, 0.0], velocity],
+        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
+        spin=[[0.0, 0.0, spin] for spin in _KW4_SPINS],
+    )
+
+
+def kw4(
+    shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
+    *,
+    units: bool = False,
+    **options: Any,
+) -> tuple[System, State]:
+    """The physical (66391) 1999 KW4: prograde, near Alpha's equator, Beta synchronous.
+
+    Bodies, masses, a and e are those of :func:`kw4_ho2021`. The orbit's plane is the xy-plane; Alpha's pole is tilted
+    by 3.2 degrees from its normal (nominal; Ostro et al. 2006 give 0 to 7.5 degrees); Beta's long axis points at Alpha
+    and its spin is the orbit's mean rate. The barycentre rests at the origin. Assumed, since it is not published:
+    periapsis at the start on the x-axis, and Alpha's tilt about that axis.
+
+    Parameters
+    ----------
+    shape : {"ellipsoid", "spheroid"}
+    units : bool
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    References
+    ----------
+    Ostro et al. (2006), Science 314, 1276. Fahnestock & Scheeres (2008), Icarus 194, 410.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4(units=True)
+    >>> state.position[1, 0]
+    <Quantity 2.40878048 km>
+    """
+    system = _kw4_system(shape, units, options)
+    mu = _kw4_mu()
+    orbit = KeplerElements(**_KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
+    position, velocity = orbit.to_cartesian(mu)
+    share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
+    return system, _state(
+        units,
+        position=share * position,
+        velocity=share * velocity,
+        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
+        spin=[[0.0, 0.0, _KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
+    )
+
+
+def case1(**options: Any) -> tuple[System, State]:
+    """The paper's case 1: two oblate spheroids without spin, tilted about x; they begin to tumble near t = 75.
+
+    Under a half turn about z the system maps onto itself with the bodies swapped: z stays zero, and the growing
+    z-motion of the paper is round-off.
+
+    Parameters
+    ----------
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> state.position[:, 0]
+    array([-4.,  4.])
+    """
+    tilt = np.pi / 32
+    return _case([[tilt, 0.0, 0.0], [-tilt, 0.0, 0.0]], 0.0, options)
+
+
+def case2(theta_0: float = np.pi / 32, **options: Any) -> tuple[System, State]:
+    """The paper's case 2: two oblate spheroids that spin like tops, tilted about y.
+
+    Parameters
+    ----------
+    theta_0 : float
+        The tilt in radians; the paper also remarks on pi/8.
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case2()
+    >>> state.spin[0]
+    array([0., 0., 2.])
+    """
+    return _case([[0.0, theta_0, 0.0], [0.0, -theta_0, 0.0]], 2.0, options)
+
+
+def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, State]:
+    from .state import State
+    from .system import System
+
+    bodies = [Body(Ellipsoid(1.0, 1.0, 0.25), mass=2.0, name=name) for name in "AB"]
+    state = State.from_tait_bryan(
+        position=[[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]],
+        velocity=[[0.0, 0.3, 0.0], [0.0, -0.3, 0.0]],
+        angles=angles,
+        spin=[[0.0, 0.0, spin]] * 2,
+    )
+    return System(bodies, G=1.0, **options), state
+
+
+def _kw4_mu() -> float:
+    return _G_HO2021 * sum(_KW4_MASSES)
+
+
+def _kw4_system(shape: str, units: bool, options: dict[str, Any]) -> System:
+    from .system import System
+
+    if shape not in ("ellipsoid", "spheroid"):
+        raise InvalidInput(f"shape is {shape!r}; expected 'ellipsoid' or 'spheroid'")
+    bodies = []
+    for name, mass, (a, b, c) in zip(("Alpha", "Beta"), _KW4_MASSES, _KW4_AXES, strict=True):
+        bodies.append(Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=mass, name=name))
+    return System(bodies, G=_G_HO2021, units=_KW4_UNITS if units else None, **options)
+
+
+def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:
+    from .state import State
+
+    if units:
+        from astropy import units as u
+
+        position, velocity = position * u.km, velocity * (u.km / u.hour)
+        spin = spin * (u.rad / u.hour)
+        return State.from_tait_bryan(position, velocity, angles, spin, time=0.0 * u.hour)
+    return State.from_tait_bryan(position, velocity, angles, spin)

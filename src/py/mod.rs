@@ -1,0 +1,23 @@
+//! The Python module `fullbody._core`: one file a room, no mathematics. The package `fullbody` wraps it with units,
+//! names and plots.
+
+mod arrays;
+mod bodies;
+mod errors;
+mod orbits;
+mod runs;
+mod systems;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::bodies::{PyBody, exterior_gravity};
+    #[pymodule_export]
+    use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
+    #[pymodule_export]
+    use super::runs::PySimulation;
+    #[pymodule_export]
+    use super::systems::{PyState, PySystem, vector_paths};
+}

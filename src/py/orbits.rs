@@ -1,0 +1,67 @@
+//! Kepler elements, many at a time.
+
+use super::arrays::{array, from_vectors, rows, vectors};
+use crate::error::Error;
+use crate::orbit::KeplerElements;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+fn elements(row: [f64; 6]) -> Result<KeplerElements, Error> {
+    let [a, e, i, node, periapsis, anomaly] = row;
+    KeplerElements::new(a, e, i, node, periapsis, anomaly)
+}
+
+/// Positions and velocities (K, 3) of elements (K, 6).
+#[pyfunction]
+pub fn elements_to_cartesian<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArrayDyn<'py, f64>,
+    mu: f64,
+) -> PyResult<(Array<'py>, Array<'py>)> {
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    for row in rows::<6>("elements", &values)? {
+        let (r, v) = elements(row)?.to_cartesian(mu)?;
+        positions.push(r);
+        velocities.push(v);
+    }
+    Ok((from_vectors(py, &positions)?, from_vectors(py, &velocities)?))
+}
+
+/// Elements (K, 6) of positions and velocities (K, 3).
+#[pyfunction]
+pub fn cartesian_to_elements<'py>(
+    py: Python<'py>,
+    position: PyReadonlyArrayDyn<'py, f64>,
+    velocity: PyReadonlyArrayDyn<'py, f64>,
+    mu: f64,
+) -> PyResult<Array<'py>> {
+    let (position, velocity) = (vectors("position", &position)?, vectors("velocity", &velocity)?);
+    if position.len() != velocity.len() {
+        let expected = format!("{}, as of positions", position.len());
+        return Err(Error::invalid("number of velocities", velocity.len(), expected).into());
+    }
+    let mut values = Vec::with_capacity(6 * position.len());
+    for (r, v) in position.iter().zip(&velocity) {
+        let k = KeplerElements::from_cartesian(r, v, mu)?;
+        values.extend([
+            k.semi_major_axis,
+            k.eccentricity,
+            k.inclination,
+            k.longitude_of_node,
+            k.argument_of_periapsis,
+            k.mean_anomaly,
+        ]);
+    }
+    array(py, values, &[position.len(), 6])
+}
+
+/// Orbital periods (K,) of elements (K, 6).
+#[pyfunction]
+pub fn period<'py>(py: Python<'py>, values: PyReadonlyArrayDyn<'py, f64>, mu: f64) -> PyResult<Array<'py>> {
+    let values = rows::<6>("elements", &values)?;
+    let periods = values.into_iter().map(|row| elements(row)?.period(mu)).collect::<Result<Vec<_>, _>>()?;
+    let count = periods.len();
+    array(py, periods, &[count])
+}
