@@ -106,7 +106,7 @@ fn triaxial(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion,
 }
 
 /// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
-/// Mech. Engrg. 196, 2907, their Eqs. (27)-(31).
+/// Mech. Engrg. 196, 2907.
 ///
 /// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 - |p|^2), p) it reads
 /// p_0 J p + p x J p = h J spin / 2. `None` where the step is too long for a solution.
