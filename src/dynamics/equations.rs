@@ -4,7 +4,7 @@ use super::{AttitudeChart, Energy, Layout, State, System, invariants};
 use crate::error::{Error, Result};
 use crate::math::compensated::{two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
-use crate::mutual::{Pair, Pose};
+use crate::mutual::{Pair, Pose, RuleMemory};
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
 /// times that is the end of the chart.
@@ -55,6 +55,19 @@ impl Dynamics {
         self.pairs.iter().map(|(i, j, pair)| (*i, *j, pair))
     }
 
+    /// The rules in force of all pairs, for an archive.
+    pub fn memory(&self) -> Vec<Option<RuleMemory>> {
+        self.pairs.iter().map(|(_, _, pair)| pair.memory()).collect()
+    }
+
+    /// Puts rules in force that [`Self::memory`] gave.
+    pub fn recall(&mut self, memory: &[Option<RuleMemory>]) -> Result<()> {
+        if memory.len() != self.pairs.len() {
+            return Err(Error::invalid("number of rules", memory.len(), self.pairs.len().to_string()));
+        }
+        self.pairs.iter_mut().zip(memory).try_for_each(|((_, _, pair), memory)| pair.recall(memory.as_ref()))
+    }
+
     /// Checks a state and chooses the rules for a step of size `step` from it.
     pub fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
         self.turn(y);
@@ -78,18 +91,20 @@ impl Dynamics {
         Ok(())
     }
 
-    /// How much of the separation a step may close, moving straight on, without overlap.
+    /// How much of the separation a step may close without overlap: moving straight on, and falling from that line.
     fn closing(&self, y: &[f64], i: usize, j: usize, pose: &Pose, step: f64) -> f64 {
         let (vi, vj) = (self.layout.velocity(i), self.layout.velocity(j));
         let path = (vector(y, vj) - vector(y, vi)) * step;
         let distance = pose.separation.norm();
         let length = path.norm_squared();
-        if length == 0.0 {
+        if step == 0.0 {
             return 0.0;
         }
-        let nearest = (-pose.separation.dot(&path) / length).clamp(0.0, 1.0);
-        let reach = (pose.separation + path * nearest).norm();
         let bodies = self.system.bodies();
+        let mu = self.system.gravitational_constant * (bodies[i].mass + bodies[j].mass);
+        let fall = 0.5 * mu * (step / distance).powi(2);
+        let nearest = if length > 0.0 { (-pose.separation.dot(&path) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let reach = (pose.separation + path * nearest).norm() - fall;
         let (first, second) = (&bodies[i].shape, &bodies[j].shape);
         let touching = if reach > first.circumradius() + second.circumradius() {
             0.0
@@ -106,8 +121,8 @@ impl Dynamics {
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }
 
-    /// Rates of change. Allocates nothing.
-    pub fn derivative(&mut self, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), Rejected> {
+    /// Accelerations of the centres and torques on the bodies. Allocates nothing.
+    pub fn loads(&mut self, y: &[f64]) -> std::result::Result<(&[Vec3], &[Vec3]), Rejected> {
         self.turn(y);
         self.acceleration.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
@@ -125,6 +140,12 @@ impl Dynamics {
             self.torque[i] += g * mi * mj * f.torque_first;
             self.torque[j] += g * mi * mj * f.torque_second;
         }
+        Ok((&self.acceleration, &self.torque))
+    }
+
+    /// Rates of change. Allocates nothing.
+    pub fn derivative(&mut self, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), Rejected> {
+        self.loads(y)?;
         let layout = self.layout;
         let positions = 3 * layout.bodies;
         let (velocities, rest) = rate.split_at_mut(positions);

@@ -130,6 +130,16 @@ impl Inner {
         self.low[index] = value.low;
     }
 
+    /// The barycentre at a time.
+    pub fn barycentre_at(&self, time: f64) -> Vec3 {
+        Vec3::from(self.barycentre) + Vec3::from(self.barycentre_velocity) * (time - self.epoch)
+    }
+
+    /// The attitude of a body in a vector, as a unit quaternion.
+    pub fn attitude(&self, body: usize, y: &[f64]) -> [f64; 4] {
+        attitude(self.layout, body, y)
+    }
+
     /// The state that a vector `high` + `low` stands for at a time.
     pub fn state(&self, time: f64, high: &[f64], low: &[f64]) -> State {
         let layout = self.layout;

@@ -7,11 +7,15 @@
 mod equations;
 mod invariants;
 mod layout;
+mod rotor;
+mod splitting;
 mod state;
 mod system;
 
 pub use equations::{Dynamics, Rejected};
 pub use invariants::Energy;
 pub use layout::{AttitudeChart, Inner, Layout};
+pub use rotor::{free_rotation, variational_rotation};
+pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};

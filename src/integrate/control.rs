@@ -13,7 +13,12 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// Refuses what is not between 0 and 1, and two zeros.
+    /// Smallest sum of the two: below it the estimate of a step's error is its own round-off, and shorter steps only add more.
+    /// At it the steps' own errors are below what rounding leaves at random.
+    pub const FLOOR: f64 = 6e-16;
+
+    /// Refuses what is not between 0 and 1, and two zeros. Where the sum is below [`Self::FLOOR`] the relative part is raised
+    /// to it.
     pub fn new(relative: f64, absolute: f64) -> Result<Self> {
         for (name, value) in [("rtol", relative), ("atol", absolute)] {
             if !(0.0..1.0).contains(&value) {
@@ -23,7 +28,7 @@ impl Tolerance {
         if relative + absolute == 0.0 {
             return Err(Error::invalid("rtol and atol", "0 both", "at least one above zero"));
         }
-        Ok(Self { relative, absolute })
+        Ok(Self { relative: relative.max(Self::FLOOR - absolute), absolute })
     }
 }
 

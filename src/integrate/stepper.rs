@@ -1,9 +1,11 @@
 //! One integration: takes adaptive steps, keeps what rounding drops, interpolates.
 
 use super::control::{Controller, Tolerance};
+use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Result};
 use crate::math::compensated::{Compensated, two_sum};
+use serde::{Deserialize, Serialize};
 
 /// What an integrator needs to know of its equations.
 pub trait Equations {
@@ -25,7 +27,7 @@ pub trait Equations {
 }
 
 /// Counts of an integration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Statistics {
     /// Accepted steps.
     pub steps: u64,
@@ -52,18 +54,33 @@ pub struct Stepper {
     /// Whether stage 0 holds the rate at the present vector.
     fresh: bool,
     trial: Vec<f64>,
-    /// The last step: where it began and how long it was.
-    last: LastStep,
+    /// What the coefficients' low parts add to it.
+    tail: Vec<f64>,
+    /// The last step: where it began, how long it was, and its polynomial once that was asked for.
+    last: Segment,
+    /// Stages of it that have been computed.
+    known: usize,
+    /// Whether the polynomial has been formed.
+    formed: bool,
 }
 
-#[derive(Debug, Clone)]
-struct LastStep {
-    time: f64,
-    size: f64,
-    high: Vec<f64>,
-    low: Vec<f64>,
-    /// Stages that have been computed.
-    known: usize,
+/// Everything that decides how an integration goes on; the layout belongs to the archive's version.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Time and what rounding dropped of it.
+    pub time: [f64; 2],
+    /// Vector.
+    pub high: Vec<f64>,
+    /// What rounding dropped of it.
+    pub low: Vec<f64>,
+    /// Size planned for the next step; zero before the first.
+    pub next: f64,
+    /// Error of the last accepted step.
+    pub previous_error: f64,
+    /// Whether the last attempt failed.
+    pub after_rejection: bool,
+    /// Counts.
+    pub statistics: Statistics,
 }
 
 impl Stepper {
@@ -87,7 +104,10 @@ impl Stepper {
             stages: vec![0.0; all_stages * dimension],
             fresh: false,
             trial: vec![0.0; dimension],
-            last: LastStep { time, size: 0.0, high: high.clone(), low: low.clone(), known: 0 },
+            tail: vec![0.0; dimension],
+            last: Segment::new(dimension, tableau.interpolant.terms()),
+            known: 0,
+            formed: false,
             high,
             low,
         }
@@ -103,9 +123,37 @@ impl Stepper {
         (&self.high, &self.low)
     }
 
-    /// Where the last step began, and its size.
-    pub fn last_step(&self) -> (f64, f64) {
-        (self.last.time, self.last.size)
+    /// What decides how the integration goes on.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            time: [self.time.high, self.time.low],
+            high: self.high.clone(),
+            low: self.low.clone(),
+            next: self.next,
+            previous_error: self.controller.previous,
+            after_rejection: self.controller.after_rejection,
+            statistics: self.statistics,
+        }
+    }
+
+    /// Goes on from where another stepper of the same tableau and tolerance was.
+    pub fn recall(&mut self, memory: &Memory) {
+        self.time = Compensated { high: memory.time[0], low: memory.time[1] };
+        self.high.copy_from_slice(&memory.high);
+        self.low.copy_from_slice(&memory.low);
+        self.next = memory.next;
+        self.controller =
+            Controller { previous: memory.previous_error, after_rejection: memory.after_rejection };
+        self.statistics = memory.statistics;
+        self.known = 0;
+    }
+
+    /// Puts the integration to a time and a vector near the present one; the planned step size stays.
+    pub fn place(&mut self, time: f64, y: &[f64]) {
+        self.time = Compensated::new(time);
+        self.high.copy_from_slice(y);
+        self.low.fill(0.0);
+        self.known = 0;
     }
 
     /// Counts so far.
@@ -116,6 +164,7 @@ impl Stepper {
     /// One accepted step towards `end`, never beyond it.
     pub fn step(&mut self, equations: &mut impl Equations, end: f64) -> Result<()> {
         let direction = if end >= self.time() { 1.0 } else { -1.0 };
+        self.fresh = false;
         if self.next == 0.0 {
             self.next = self.first_step(equations, direction, end)?;
         }
@@ -147,36 +196,41 @@ impl Stepper {
         }
     }
 
-    /// The vector at a time within the last step, and its low part.
-    ///
-    /// Computes the interpolant's stages when first asked for in a step.
+    /// The vector at a time within the last step.
     pub fn interpolate(&mut self, equations: &mut impl Equations, time: f64, out: &mut [f64]) -> Result<()> {
-        let Some(interpolant) = &self.tableau.interpolant else {
-            return Err(Error::invalid("integrator", self.tableau.name, "one with dense output"));
-        };
-        self.complete_stages(equations)?;
-        let dimension = self.high.len();
-        let theta = (time - self.last.time) / self.last.size;
-        out.fill(0.0);
-        for (stage, weights) in interpolant.weights.iter().enumerate() {
-            let weight = weights.iter().rev().fold(0.0, |sum, w| sum * theta + w) * self.last.size;
-            if weight != 0.0 {
-                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
-                out.iter_mut().zip(rates).for_each(|(o, k)| *o += weight * k);
-            }
-        }
-        for (o, (high, low)) in out.iter_mut().zip(self.last.high.iter().zip(&self.last.low)) {
-            *o = high + (low + *o);
-        }
+        let segment = self.segment(equations)?;
+        segment.at(segment.fraction(time), out);
         Ok(())
+    }
+
+    /// The last step as a polynomial. Computes the interpolant's stages when first asked for in a step.
+    pub fn segment(&mut self, equations: &mut impl Equations) -> Result<&Segment> {
+        if self.known == 0 {
+            return Err(Error::invalid("number of steps", 0, "a step before its interpolation"));
+        }
+        if !self.formed {
+            self.complete_stages(equations)?;
+            let dimension = self.high.len();
+            self.last.coefficients.fill(0.0);
+            for (stage, weights) in self.tableau.interpolant.weights.iter().enumerate() {
+                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
+                for (&weight, row) in weights.iter().zip(self.last.coefficients.chunks_exact_mut(dimension)) {
+                    if weight != 0.0 {
+                        row.iter_mut().zip(rates).for_each(|(c, k)| *c += weight * k);
+                    }
+                }
+            }
+            self.formed = true;
+        }
+        Ok(&self.last)
     }
 
     fn complete_stages(&mut self, equations: &mut impl Equations) -> Result<()> {
         let dimension = self.high.len();
-        while self.last.known < self.tableau.a.len() {
-            let stage = self.last.known;
+        while self.known < self.tableau.a.len() {
+            let stage = self.known;
             self.fill_trial(stage, self.last.size);
-            let time = self.last.time + self.tableau.c[stage] * self.last.size;
+            let time = self.last.start() + self.tableau.c[stage] * self.last.size;
             let rates = &mut self.stages[stage * dimension..(stage + 1) * dimension];
             self.statistics.evaluations += 1;
             equations.derivative(time, &self.trial, rates).map_err(|reason| Error::StepSizeTooSmall {
@@ -184,7 +238,7 @@ impl Stepper {
                 step: self.last.size,
                 reason: format!("{reason}, while interpolating"),
             })?;
-            self.last.known += 1;
+            self.known += 1;
         }
         Ok(())
     }
@@ -218,19 +272,20 @@ impl Stepper {
     ) -> std::result::Result<f64, &'static str> {
         let dimension = self.high.len();
         let time = self.time();
-        self.last.time = time;
+        self.formed = false;
+        self.last.time = self.time;
         self.last.size = size;
         self.last.high.copy_from_slice(&self.high);
         self.last.low.copy_from_slice(&self.low);
         let first = usize::from(self.fresh);
-        self.last.known = first;
+        self.known = first;
         for stage in first..self.tableau.stages {
             self.fill_trial(stage, size);
             let rates = &mut self.stages[stage * dimension..(stage + 1) * dimension];
             self.statistics.evaluations += 1;
             equations.derivative(time + self.tableau.c[stage] * size, &self.trial, rates)?;
             self.fresh = true;
-            self.last.known = stage + 1;
+            self.known = stage + 1;
         }
         self.trial.fill(0.0);
         for (stage, (b, b_hat)) in self.tableau.b.iter().zip(self.tableau.b_hat).enumerate() {
@@ -246,31 +301,22 @@ impl Stepper {
 
     /// y + size sum_j a_ij k_j.
     fn fill_trial(&mut self, stage: usize, size: f64) {
-        let dimension = self.high.len();
-        self.trial.fill(0.0);
-        for (j, &a) in self.tableau.a[stage].iter().enumerate() {
-            if a != 0.0 {
-                let rates = &self.stages[j * dimension..(j + 1) * dimension];
-                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += a * k);
-            }
-        }
-        for (t, (high, low)) in self.trial.iter_mut().zip(self.last.high.iter().zip(&self.last.low)) {
-            *t = high + (low + size * *t);
+        combine(self.tableau.a[stage], &self.stages, &mut self.trial);
+        let low: &[f64] = self.tableau.a_low.get(stage).map_or(&[], |row| row);
+        combine(low, &self.stages, &mut self.tail);
+        let vector = self.last.high.iter().zip(&self.last.low);
+        for ((t, tail), (high, low)) in self.trial.iter_mut().zip(&self.tail).zip(vector) {
+            *t = high + ((low + size * tail) + size * *t);
         }
     }
 
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
-        let dimension = self.high.len();
-        self.trial.fill(0.0);
-        for (stage, &b) in self.tableau.b.iter().enumerate() {
-            if b != 0.0 {
-                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
-                self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += b * k);
-            }
-        }
-        for (increment, (high, low)) in self.trial.iter().zip(self.high.iter_mut().zip(self.low.iter_mut())) {
+        combine(self.tableau.b, &self.stages, &mut self.trial);
+        combine(self.tableau.b_low, &self.stages, &mut self.tail);
+        let vector = self.high.iter_mut().zip(self.low.iter_mut());
+        for ((increment, tail), (high, low)) in self.trial.iter().zip(&self.tail).zip(vector) {
             let (sum, error) = two_sum(*high, size * increment);
-            let (sum, error) = two_sum(sum, error + *low);
+            let (sum, error) = two_sum(sum, error + (*low + size * tail));
             (*high, *low) = (sum, error);
         }
         equations.restore(&mut self.high, &mut self.low);
@@ -316,5 +362,16 @@ impl Stepper {
         let scale = (curvature.sqrt()).max(rate);
         let step = if scale > 0.0 { (0.01 * tolerance).powf(exponent) * 10.0 / scale } else { remaining };
         Ok(direction * step.min(100.0 * guess).min(remaining).max(f64::MIN_POSITIVE))
+    }
+}
+
+/// sum_j w_j k_j over the rates of the first stages.
+#[inline]
+fn combine(weights: &[f64], stages: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
+    for (&weight, rates) in weights.iter().zip(stages.chunks_exact(out.len())) {
+        if weight != 0.0 {
+            out.iter_mut().zip(rates).for_each(|(o, k)| *o += weight * k);
+        }
     }
 }

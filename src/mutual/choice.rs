@@ -9,6 +9,7 @@ use crate::math::Vec3;
 use crate::quadrature::{
     Nodes, Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree,
 };
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
@@ -29,7 +30,55 @@ pub(super) struct Made {
     nodes: Arc<Nodes>,
 }
 
+/// What decides a rule: enough to make it again, bit for bit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RuleMemory {
+    /// 0 where the first body is integrated over.
+    pub integrated: u8,
+    /// Gauss nodes and angles.
+    pub order: [u32; 2],
+    /// The polynomial degree the rule was made for.
+    pub degree: u32,
+    /// Smallest separation that its kernel is made for.
+    pub valid_from: f64,
+}
+
 impl Pair {
+    /// The rule in force as an archive keeps it.
+    pub fn memory(&self) -> Option<RuleMemory> {
+        self.rule.as_ref().map(|rule| RuleMemory {
+            integrated: rule.integrated as u8,
+            order: [rule.order.gauss as u32, rule.order.angles as u32],
+            degree: rule.degree as u32,
+            valid_from: rule.valid_from,
+        })
+    }
+
+    /// Puts a rule in force again.
+    pub fn recall(&mut self, memory: Option<&RuleMemory>) -> Result<()> {
+        let Some(memory) = memory else {
+            self.rule = None;
+            return Ok(());
+        };
+        let [gauss, angles] = memory.order;
+        if memory.integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {
+            return Err(Error::invalid("rule of a pair", format!("{memory:?}"), "one that a pair has had"));
+        }
+        let order = Order { gauss: gauss as usize, angles: angles as usize };
+        let integrated = usize::from(memory.integrated);
+        let kernel = self.kernel(integrated, memory.valid_from);
+        let nodes = self.nodes(integrated, order);
+        self.rule = Some(Rule {
+            integrated,
+            order,
+            degree: memory.degree as usize,
+            nodes,
+            kernel,
+            valid_from: memory.valid_from,
+        });
+        Ok(())
+    }
+
     /// Forgets the rule, so that the next choice does not depend on the past.
     pub fn reset(&mut self) {
         self.rule = None;
@@ -179,7 +228,7 @@ impl Pair {
         if let Some(rule) = &self.rule
             && rule.integrated == integrated
             && rule.order == order
-            && (rule.valid_from == 0.0 || (rule.valid_from..1.3 * rule.valid_from).contains(&reach))
+            && (rule.valid_from == 0.0 || (1.02 * rule.valid_from..1.3 * rule.valid_from).contains(&reach))
         {
             return;
         }

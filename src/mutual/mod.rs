@@ -12,6 +12,7 @@ mod multipole;
 mod pair;
 mod surface;
 
+pub use choice::RuleMemory;
 pub use method::Method;
 pub use multipole::Multipole;
 pub use pair::{BodyGravity, Pair, Rule};

@@ -7,5 +7,7 @@
 mod anomaly;
 mod elements;
 mod osculating;
+mod propagate;
 
 pub use elements::KeplerElements;
+pub use propagate::kepler_change;

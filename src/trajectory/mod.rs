@@ -1,10 +1,22 @@
 //! Running a system and recording it.
 //!
-//! Takes a system, a state and an integrator; gives a [`Trajectory`]: samples with energies and angular momenta. The one
-//! room where physics and integrator meet.
+//! Takes a system, a state and an integrator; gives a [`Trajectory`]: samples with energies and angular momenta, events, the
+//! continuous solution. The one room where physics and integrator meet.
 
+mod archive;
+mod dense;
+mod events;
+mod integrator;
+mod motion;
+mod mover;
+mod output;
 mod record;
 mod simulation;
 
-pub use record::Trajectory;
-pub use simulation::{Integrator, Output, Progress, Simulation};
+pub use archive::ARCHIVE_VERSION;
+pub use dense::Dense;
+pub use events::{Condition, Event, Occurrence, SAMPLES, StateFunction};
+pub use integrator::Integrator;
+pub use output::Output;
+pub use record::{StopReason, Trajectory};
+pub use simulation::{Progress, Run, Simulation};

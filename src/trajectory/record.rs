@@ -1,7 +1,22 @@
 //! The recorded run.
 
+use super::{Dense, Occurrence};
 use crate::dynamics::{Energy, State};
 use crate::math::Vec3;
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StopReason {
+    /// It has not: there was an error, or nothing has been run.
+    #[default]
+    Unfinished,
+    /// It reached the time asked for.
+    End,
+    /// A terminal event, by its place in the list.
+    Event(usize),
+    /// The caller's hook asked to stop.
+    Interrupted,
+}
 
 /// Samples of a run, flat and in C order: vectors are (K, N, 3), attitudes (K, N, 4).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -22,6 +37,12 @@ pub struct Trajectory {
     pub energy: Vec<f64>,
     /// Total angular momenta (K, 3).
     pub angular_momentum: Vec<f64>,
+    /// Events in order of the run.
+    pub events: Vec<Occurrence>,
+    /// The continuous solution, where it was asked for.
+    pub dense: Option<Dense>,
+    /// Why the last run into this record ended.
+    pub stop_reason: StopReason,
 }
 
 impl Trajectory {

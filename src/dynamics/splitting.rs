@@ -1,0 +1,249 @@
+//! The equations of motion as two flows, each solved exactly.
+//!
+//! | | drift | kick |
+//! |---|---|---|
+//! | [`Parts::Kepler`] | Kepler motion in Jacobi's coordinates, free rotation | the rest of the forces, all torques |
+//! | [`Parts::Free`] | straight motion, discrete free rotation | all forces, all torques |
+//!
+//! The first is for the splittings of Wisdom & Holman (1991), Astron. J. 102, 1528: in Jacobi's coordinates body i moves about
+//! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
+//! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
+
+use super::rotor::{free_rotation, variational_rotation};
+use super::{AttitudeChart, Dynamics};
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::math::compensated::two_sum;
+use crate::orbit::kepler_change;
+
+/// What counts as the large part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parts {
+    /// Kepler motion and free rotation.
+    Kepler,
+    /// Straight motion and the discrete free rotation.
+    Free,
+}
+
+/// The two flows of a system, with their scratch.
+#[derive(Debug, Clone)]
+pub struct Splitting {
+    parts: Parts,
+    masses: Vec<f64>,
+    /// Mass of body i and all before it.
+    within: Vec<f64>,
+    gravitational_constant: f64,
+    inertia: Vec<Vec3>,
+    position: Vec<Vec3>,
+    velocity: Vec<Vec3>,
+    acceleration: Vec<Vec3>,
+    spin_rate: Vec<Vec3>,
+    /// Whether the two above belong to the present vector.
+    loaded: bool,
+}
+
+impl Splitting {
+    /// For a system whose attitudes are quaternions.
+    pub fn new(dynamics: &Dynamics, parts: Parts) -> Result<Self> {
+        if dynamics.layout().chart != AttitudeChart::Quaternion {
+            return Err(Error::invalid(
+                "attitude_chart",
+                "the Tait-Bryan angles",
+                "\"quaternion\": symplectic integrators turn bodies on the rotation group itself",
+            ));
+        }
+        let masses = dynamics.system().masses();
+        let mut total = 0.0;
+        let within = masses
+            .iter()
+            .map(|m| {
+                total += m;
+                total
+            })
+            .collect();
+        let n = masses.len();
+        let zeros = vec![Vec3::zeros(); n];
+        Ok(Self {
+            parts,
+            masses,
+            within,
+            gravitational_constant: dynamics.system().gravitational_constant(),
+            inertia: dynamics.system().bodies().iter().map(|body| body.inertia()).collect(),
+            position: zeros.clone(),
+            velocity: zeros.clone(),
+            acceleration: zeros.clone(),
+            spin_rate: zeros,
+            loaded: false,
+        })
+    }
+
+    /// Forgets the forces of the present vector.
+    pub fn reset(&mut self) {
+        self.loaded = false;
+    }
+
+    /// The accelerations and rates of spin of the present vector, where they are known: with the vector they decide how a run
+    /// goes on.
+    pub fn loads(&self) -> Option<Vec<[f64; 6]>> {
+        let both = self.acceleration.iter().zip(&self.spin_rate);
+        self.loaded.then(|| both.map(|(a, s)| [a.x, a.y, a.z, s.x, s.y, s.z]).collect())
+    }
+
+    /// The inverse of [`Self::loads`].
+    pub fn recall(&mut self, loads: &[[f64; 6]]) {
+        for (body, load) in loads.iter().enumerate().take(self.masses.len()) {
+            self.acceleration[body] = Vec3::new(load[0], load[1], load[2]);
+            self.spin_rate[body] = Vec3::new(load[3], load[4], load[5]);
+        }
+        self.loaded = loads.len() == self.masses.len();
+    }
+
+    /// The large part.
+    pub fn drift(
+        &mut self,
+        dynamics: &Dynamics,
+        size: f64,
+        high: &mut [f64],
+        low: &mut [f64],
+    ) -> std::result::Result<(), &'static str> {
+        self.loaded = false;
+        let layout = dynamics.layout();
+        let n = layout.bodies;
+        match self.parts {
+            Parts::Free => {
+                for body in 0..n {
+                    let (p, v) = (layout.position(body), layout.velocity(body));
+                    for c in 0..3 {
+                        add(high, low, p + c, size * high[v + c]);
+                    }
+                }
+            }
+            Parts::Kepler => {
+                self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
+                std::mem::swap(&mut self.position, &mut self.velocity);
+                self.fill_jacobi(|body, c| (high[layout.velocity(body) + c], low[layout.velocity(body) + c]));
+                std::mem::swap(&mut self.position, &mut self.velocity);
+                for body in 1..n {
+                    let mu = self.gravitational_constant * self.within[body];
+                    let (moved, turned) = kepler_change(&self.position[body], &self.velocity[body], mu, size)
+                        .ok_or("Kepler's equation has no solution in doubles")?;
+                    self.position[body] = moved;
+                    self.velocity[body] = turned;
+                }
+                leave_jacobi(&self.masses, &self.within, &mut self.position);
+                leave_jacobi(&self.masses, &self.within, &mut self.velocity);
+                for body in 0..n {
+                    for c in 0..3 {
+                        add(high, low, layout.position(body) + c, self.position[body][c]);
+                        add(high, low, layout.velocity(body) + c, self.velocity[body][c]);
+                    }
+                }
+            }
+        }
+        for body in 0..n {
+            let (a, s) = (layout.attitude(body), layout.spin(body));
+            let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
+            let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
+            let inertia = self.inertia[body];
+            let (turned, change) = match self.parts {
+                Parts::Kepler => free_rotation(inertia, q, spin, size),
+                Parts::Free => variational_rotation(inertia, q, spin, size)
+                    .ok_or("a body turns too far in one step for the discrete rotation")?,
+            };
+            (0..4).for_each(|c| add(high, low, a + c, turned[c]));
+            (0..3).for_each(|c| add(high, low, s + c, change[c]));
+        }
+        Ok(())
+    }
+
+    /// The small part. Gives the number of evaluations.
+    pub fn kick(
+        &mut self,
+        dynamics: &mut Dynamics,
+        size: f64,
+        high: &mut [f64],
+        low: &mut [f64],
+    ) -> std::result::Result<u64, &'static str> {
+        let layout = dynamics.layout();
+        let evaluations = u64::from(!self.loaded);
+        if !self.loaded {
+            self.load(dynamics, high, low)?;
+        }
+        for body in 0..layout.bodies {
+            for c in 0..3 {
+                add(high, low, layout.velocity(body) + c, size * self.acceleration[body][c]);
+                add(high, low, layout.spin(body) + c, size * self.spin_rate[body][c]);
+            }
+        }
+        Ok(evaluations)
+    }
+
+    fn load(
+        &mut self,
+        dynamics: &mut Dynamics,
+        high: &[f64],
+        low: &[f64],
+    ) -> std::result::Result<(), &'static str> {
+        let layout = dynamics.layout();
+        let (acceleration, torque) = dynamics.loads(high).map_err(|rejected| rejected.0)?;
+        self.acceleration.copy_from_slice(acceleration);
+        for (rate, (torque, inertia)) in self.spin_rate.iter_mut().zip(torque.iter().zip(&self.inertia)) {
+            *rate =
+                Vec3::from([0, 1, 2].map(|c| if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 }));
+        }
+        if self.parts == Parts::Kepler {
+            self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
+            for body in 1..layout.bodies {
+                let mu = self.gravitational_constant * self.within[body];
+                let r = self.position[body];
+                let distance = r.norm();
+                self.position[body] = r * (-mu / (distance * distance * distance));
+            }
+            leave_jacobi(&self.masses, &self.within, &mut self.position);
+            self.acceleration.iter_mut().zip(&self.position).for_each(|(a, k)| *a -= k);
+        }
+        if self.acceleration.iter().chain(&self.spin_rate).all(|v| v.iter().all(|x| x.is_finite())) {
+            self.loaded = true;
+            Ok(())
+        } else {
+            Err("a rate of change is not finite")
+        }
+    }
+
+    /// Fills `position` with Jacobi's vectors: body i from the barycentre of those before it. Entry 0 is zero, since the
+    /// barycentre of all rests at the origin.
+    fn fill_jacobi(&mut self, number: impl Fn(usize, usize) -> (f64, f64)) {
+        self.position[0] = Vec3::zeros();
+        for c in 0..3 {
+            // The barycentre of the bodies before i, with its low part: for two bodies the difference is then exact.
+            let (mut centre, mut tail) = number(0, c);
+            for body in 1..self.masses.len() {
+                let (high, low) = number(body, c);
+                let (difference, error) = two_sum(high, -centre);
+                let vector = difference + (error + (low - tail));
+                self.position[body][c] = vector;
+                let (sum, error) = two_sum(centre, self.masses[body] / self.within[body] * vector);
+                (centre, tail) = (sum, tail + error);
+            }
+        }
+    }
+}
+
+/// From Jacobi's vectors to those from the barycentre of all.
+fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
+    let mut centre = Vec3::zeros();
+    for body in (1..masses.len()).rev() {
+        let jacobi = vectors[body];
+        centre -= masses[body] / within[body] * jacobi;
+        vectors[body] = centre + jacobi;
+    }
+    vectors[0] = centre;
+}
+
+#[inline]
+fn add(high: &mut [f64], low: &mut [f64], index: usize, increment: f64) {
+    let (sum, error) = two_sum(high[index], increment);
+    let (sum, error) = two_sum(sum, error + low[index]);
+    high[index] = sum;
+    low[index] = error;
+}

@@ -1,0 +1,126 @@
+//! Steps of one size by a composition of flows.
+
+use super::composition::{Flows, Scheme};
+use super::stepper::{Memory, Statistics};
+use crate::error::{Error, Result};
+use crate::math::compensated::Compensated;
+
+/// An integration with a fixed step.
+#[derive(Debug, Clone)]
+pub struct FixedStepper {
+    scheme: Scheme,
+    size: f64,
+    time: Compensated,
+    high: Vec<f64>,
+    low: Vec<f64>,
+    statistics: Statistics,
+    last_time: Compensated,
+    last_high: Vec<f64>,
+    last_low: Vec<f64>,
+}
+
+impl FixedStepper {
+    /// At a time and a vector `high` + `low`, with steps of size `size` above zero.
+    pub fn new(scheme: Scheme, size: f64, time: f64, high: Vec<f64>, low: Vec<f64>) -> Self {
+        Self {
+            scheme,
+            size,
+            time: Compensated::new(time),
+            statistics: Statistics::default(),
+            last_time: Compensated::new(time),
+            last_high: high.clone(),
+            last_low: low.clone(),
+            high,
+            low,
+        }
+    }
+
+    /// Present time.
+    pub fn time(&self) -> f64 {
+        self.time.value()
+    }
+
+    /// Present vector and what rounding dropped of it.
+    pub fn vector(&self) -> (&[f64], &[f64]) {
+        (&self.high, &self.low)
+    }
+
+    /// Time and vector at which the last step began.
+    pub fn last(&self) -> (Compensated, &[f64], &[f64]) {
+        (self.last_time, &self.last_high, &self.last_low)
+    }
+
+    /// Counts so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Adds evaluations made on this integration's behalf.
+    pub fn count(&mut self, evaluations: u64) {
+        self.statistics.evaluations += evaluations;
+    }
+
+    /// What decides how the integration goes on.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            time: [self.time.high, self.time.low],
+            high: self.high.clone(),
+            low: self.low.clone(),
+            next: self.size,
+            previous_error: 1.0,
+            after_rejection: false,
+            statistics: self.statistics,
+        }
+    }
+
+    /// Goes on from where another stepper of the same scheme and step was.
+    pub fn recall(&mut self, memory: &Memory) {
+        self.time = Compensated { high: memory.time[0], low: memory.time[1] };
+        self.high.copy_from_slice(&memory.high);
+        self.low.copy_from_slice(&memory.low);
+        self.statistics = memory.statistics;
+    }
+
+    /// Puts the integration to a time and a vector.
+    pub fn place(&mut self, time: f64, y: &[f64]) {
+        self.time = Compensated::new(time);
+        self.high.copy_from_slice(y);
+        self.low.fill(0.0);
+    }
+
+    /// One step towards `end`; only a step that would pass it is cut short.
+    pub fn step(&mut self, flows: &mut impl Flows, end: f64) -> Result<()> {
+        let remaining = (end - self.time.high) - self.time.low;
+        // A remainder that differs from the step by the rounding of the end is the step.
+        let arrives = remaining.abs() <= self.size * (1.0 + 1e-9);
+        let size = if arrives { remaining } else { self.size.copysign(remaining) };
+        let time = self.time();
+        if size.abs() <= 4.0 * f64::EPSILON * time.abs() && !arrives {
+            let reason = "steps this short are lost in the time's rounding".to_owned();
+            return Err(Error::StepSizeTooSmall { time, step: size, reason });
+        }
+        flows.prepare(time, &self.high, size)?;
+        self.last_time = self.time;
+        self.last_high.copy_from_slice(&self.high);
+        self.last_low.copy_from_slice(&self.low);
+        match self.scheme.step(flows, size, &mut self.high, &mut self.low) {
+            Ok(evaluations) => self.statistics.evaluations += evaluations,
+            Err(reason) => {
+                self.high.copy_from_slice(&self.last_high);
+                self.low.copy_from_slice(&self.last_low);
+                return Err(Error::NotConverged {
+                    what: format!("a {} step of size {size:e} at time {time}", self.scheme.name()),
+                    detail: format!("{reason}; use a shorter step"),
+                });
+            }
+        }
+        flows.restore(&mut self.high, &mut self.low);
+        if arrives {
+            self.time = Compensated::new(end);
+        } else {
+            self.time.add(size);
+        }
+        self.statistics.steps += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,87 @@
+//! Motion along a Kepler orbit of any kind by universal variables.
+//!
+//! Takes position, velocity, mu and a time; gives their changes, so that a caller who keeps low parts loses nothing of them.
+//! Functions G_k and the solution as in Rein & Tamayo (2015), MNRAS 452, 376.
+
+use crate::math::Vec3;
+
+/// Changes of position and velocity over a time on the orbit through them; `None` if the equation has no solution in doubles.
+pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Option<(Vec3, Vec3)> {
+    if mu == 0.0 || time == 0.0 {
+        return Some((velocity * time, Vec3::zeros()));
+    }
+    let r0 = position.norm();
+    let eta = position.dot(velocity);
+    let beta = 2.0 * mu / r0 - velocity.norm_squared();
+    let time = if beta > 0.0 {
+        let period = 2.0 * std::f64::consts::PI * mu / (beta * beta.sqrt());
+        if time.abs() > period { time % period } else { time }
+    } else {
+        time
+    };
+    // r0 G1 + eta0 G2 + mu G3 = t rises with s, since its derivative is the distance.
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let slope = time / r0;
+    let mut s = slope * (1.0 - 0.5 * eta * slope / r0).clamp(0.5, 1.5);
+    let mut last_change = f64::INFINITY;
+    for _ in 0..200 {
+        let g = functions(beta, s);
+        let residual = r0 * g[1] + eta * g[2] + mu * g[3] - time;
+        let r = r0 * g[0] + eta * g[1] + mu * g[2];
+        if residual > 0.0 {
+            high = high.min(s)
+        } else {
+            low = low.max(s)
+        }
+        let newton = s - residual / r;
+        let next = if newton > low && newton < high && newton.is_finite() {
+            newton
+        } else if residual == 0.0 {
+            s
+        } else if low.is_finite() && high.is_finite() {
+            0.5 * (low + high)
+        } else {
+            s + 2.0 * slope.abs().copysign(-residual)
+        };
+        let change = (next - s).abs();
+        s = next;
+        if change <= f64::EPSILON * s.abs() || (change >= last_change && change <= 1e-12 * s.abs()) {
+            let g = functions(beta, s);
+            let r = r0 * g[0] + eta * g[1] + mu * g[2];
+            let (f, fdot) = (-mu * g[2] / r0, -mu * g[1] / (r0 * r));
+            let (g_time, gdot) = (r0 * g[1] + eta * g[2], -mu * g[2] / r);
+            let moved = f * position + g_time * velocity;
+            let turned = fdot * position + gdot * velocity;
+            return (moved.norm().is_finite() && turned.norm().is_finite()).then_some((moved, turned));
+        }
+        last_change = change;
+    }
+    None
+}
+
+/// G_0 to G_3 = s^k c_k(beta s^2), c_k Stumpff's functions: series at a reduced argument, then doublings.
+fn functions(beta: f64, s: f64) -> [f64; 4] {
+    let mut z = beta * s * s;
+    let mut doublings = 0;
+    while z.abs() > 0.1 && doublings < 60 {
+        z *= 0.25;
+        doublings += 1;
+    }
+    // c_k = 1/k! - z/(k+2)! + z^2/(k+4)! - ..., seven terms for |z| < 0.1.
+    let series = |k: f64| {
+        let mut sum = 1.0;
+        for n in (0..8).rev() {
+            let m = k + 2.0 * f64::from(n);
+            sum = 1.0 - z / ((m + 1.0) * (m + 2.0)) * sum;
+        }
+        sum
+    };
+    let (mut c2, mut c3) = (series(2.0) / 2.0, series(3.0) / 6.0);
+    let (mut c0, mut c1) = (1.0 - z * c2, 1.0 - z * c3);
+    for _ in 0..doublings {
+        (c2, c3) = (0.5 * c1 * c1, 0.25 * (c2 + c0 * c3));
+        z *= 4.0;
+        (c0, c1) = (1.0 - z * c2, 1.0 - z * c3);
+    }
+    [c0, s * c1, s * s * c2, s * s * s * c3]
+}

@@ -1,0 +1,241 @@
+//! The conditions and their functions.
+
+use crate::dynamics::{Inner, State, System};
+use crate::error::{Error, Result, require_finite, require_positive};
+use crate::math::{Mat3, Vec3, rotation};
+use crate::shape::contact_function;
+
+/// A caller's function of the state.
+pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
+
+/// What happens at an event; bodies by their place in the system.
+pub enum Condition<'a> {
+    /// The centres of two bodies are `value` apart. The function is the distance less the value.
+    Separation {
+        /// One body.
+        first: usize,
+        /// The other.
+        second: usize,
+        /// The distance.
+        value: f64,
+    },
+    /// The surfaces of two bodies touch. The function is the factor by which both would have to grow to touch, less one.
+    Contact {
+        /// One body.
+        first: usize,
+        /// The other.
+        second: usize,
+    },
+    /// Two centres are nearest: r . v rises through zero.
+    Periapsis {
+        /// One body.
+        first: usize,
+        /// The other.
+        second: usize,
+    },
+    /// Two centres are furthest: r . v falls through zero.
+    Apoapsis {
+        /// One body.
+        first: usize,
+        /// The other.
+        second: usize,
+    },
+    /// A body's centre goes through a plane. The function is its height above the plane.
+    PlaneCrossing {
+        /// The body.
+        body: usize,
+        /// The body whose centre the plane holds; the origin without one.
+        reference: Option<usize>,
+        /// The plane's normal, inertial, of any length. With the z axis the crossings are the nodes.
+        normal: Vec3,
+    },
+    /// Two bodies are further apart than a distance with a positive energy of their relative motion as points. The function is
+    /// the smaller of r v^2 / (2 mu) - 1 and r / distance - 1.
+    Escape {
+        /// One body.
+        first: usize,
+        /// The other.
+        second: usize,
+        /// Distance from which on an unbound orbit counts as escape.
+        distance: f64,
+    },
+    /// The angle between a body's long axis and the line to another's centre is smallest. The function is the rate of its
+    /// squared cosine over two, which falls through zero; in the plane the angle itself is then zero.
+    Alignment {
+        /// The body with the long axis.
+        body: usize,
+        /// The other.
+        other: usize,
+    },
+    /// Zeros of a function of the state.
+    Function(Box<StateFunction<'a>>),
+}
+
+/// What the functions are made from.
+pub(super) struct Place<'a> {
+    pub system: &'a System,
+    pub inner: &'a Inner,
+    pub time: f64,
+    pub y: &'a [f64],
+    pub zeros: &'a [f64],
+}
+
+impl Place<'_> {
+    fn position(&self, body: usize) -> Vec3 {
+        Vec3::from_column_slice(&self.y[self.inner.layout.position(body)..][..3])
+    }
+
+    fn velocity(&self, body: usize) -> Vec3 {
+        Vec3::from_column_slice(&self.y[self.inner.layout.velocity(body)..][..3])
+    }
+
+    fn rotation(&self, body: usize) -> Mat3 {
+        rotation::matrix(self.inner.attitude(body, self.y))
+    }
+
+    fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
+        (self.position(second) - self.position(first), self.velocity(second) - self.velocity(first))
+    }
+}
+
+impl Condition<'_> {
+    /// The name that errors use.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Separation { .. } => "Separation",
+            Self::Contact { .. } => "Contact",
+            Self::Periapsis { .. } => "Periapsis",
+            Self::Apoapsis { .. } => "Apoapsis",
+            Self::PlaneCrossing { .. } => "PlaneCrossing",
+            Self::Escape { .. } => "Escape",
+            Self::Alignment { .. } => "Alignment",
+            Self::Function(_) => "Function",
+        }
+    }
+
+    /// The direction that belongs to the condition.
+    pub(super) fn direction(&self) -> Option<i8> {
+        match self {
+            Self::Periapsis { .. } => Some(1),
+            Self::Apoapsis { .. } | Self::Alignment { .. } => Some(-1),
+            _ => None,
+        }
+    }
+
+    /// Refuses bodies that are not there and values that mean nothing.
+    pub(super) fn check(&self, system: &System) -> Result<()> {
+        let bodies = system.bodies();
+        let body = |index: usize| {
+            if index < bodies.len() {
+                Ok(())
+            } else {
+                Err(Error::invalid(
+                    format!("a body of {}", self.name()),
+                    index,
+                    format!("0 to {}", bodies.len() - 1),
+                ))
+            }
+        };
+        let two = |first: usize, second: usize| {
+            body(first)?;
+            body(second)?;
+            if first == second {
+                return Err(Error::invalid(
+                    format!("bodies of {}", self.name()),
+                    format!("{first} twice"),
+                    "two bodies",
+                ));
+            }
+            Ok(())
+        };
+        match self {
+            Self::Separation { first, second, value } => {
+                two(*first, *second)?;
+                require_positive("value of Separation", *value)
+            }
+            Self::Escape { first, second, distance } => {
+                two(*first, *second)?;
+                require_positive("distance of Escape", *distance)
+            }
+            Self::Contact { first, second }
+            | Self::Periapsis { first, second }
+            | Self::Apoapsis { first, second } => two(*first, *second),
+            Self::PlaneCrossing { body: index, reference, normal } => {
+                reference.map_or(body(*index), |other| two(*index, other))?;
+                require_finite("normal of PlaneCrossing", normal.as_slice())?;
+                require_positive("length of the normal of PlaneCrossing", normal.norm())
+            }
+            Self::Alignment { body, other } => {
+                two(*body, *other)?;
+                let mut axes = bodies[*body].shape.semi_axes();
+                axes.sort_by(f64::total_cmp);
+                if axes[2] > axes[1] {
+                    Ok(())
+                } else {
+                    let name = &bodies[*body].name;
+                    Err(Error::invalid(
+                        format!("shape of {name}"),
+                        format!("{axes:?}"),
+                        "one longest axis, for Alignment",
+                    ))
+                }
+            }
+            Self::Function(_) => Ok(()),
+        }
+    }
+
+    /// The function whose zeros are the events.
+    pub(super) fn value(&mut self, at: &Place) -> Result<f64> {
+        Ok(match self {
+            Self::Separation { first, second, value } => at.relative(*first, *second).0.norm() - *value,
+            Self::Contact { first, second } => contact(at, *first, *second),
+            Self::Periapsis { first, second } | Self::Apoapsis { first, second } => {
+                let (r, v) = at.relative(*first, *second);
+                r.dot(&v)
+            }
+            Self::PlaneCrossing { body, reference, normal } => {
+                let from = match reference {
+                    Some(other) => at.position(*other),
+                    None => -at.inner.barycentre_at(at.time),
+                };
+                normal.normalize().dot(&(at.position(*body) - from))
+            }
+            Self::Escape { first, second, distance } => {
+                let (r, v) = at.relative(*first, *second);
+                let bodies = at.system.bodies();
+                let mu = at.system.gravitational_constant() * (bodies[*first].mass + bodies[*second].mass);
+                let r = r.norm();
+                (r * v.norm_squared() / (2.0 * mu) - 1.0).min(r / *distance - 1.0)
+            }
+            Self::Alignment { body, other } => alignment(at, *body, *other),
+            Self::Function(function) => function(&at.inner.state(at.time, at.y, at.zeros))?,
+        })
+    }
+}
+
+fn contact(at: &Place, first: usize, second: usize) -> f64 {
+    let (r, _) = at.relative(first, second);
+    let bodies = at.system.bodies();
+    let (a, b) = (&bodies[first].shape, &bodies[second].shape);
+    let reach = a.circumradius() + b.circumradius();
+    // Far apart the bodies' own spheres are near enough, and cheaper.
+    if r.norm() > 2.0 * reach {
+        return r.norm() / reach - 1.0;
+    }
+    contact_function(a, b, &r, &at.rotation(first), &at.rotation(second)).sqrt() - 1.0
+}
+
+fn alignment(at: &Place, body: usize, other: usize) -> f64 {
+    let (r, v) = at.relative(body, other);
+    let axes = at.system.bodies()[body].shape.semi_axes();
+    let longest = (0..3).fold(0, |best, k| if axes[k] > axes[best] { k } else { best });
+    let mut axis = Vec3::zeros();
+    axis[longest] = 1.0;
+    let turn = at.rotation(body);
+    let spin = Vec3::from_column_slice(&at.y[at.inner.layout.spin(body)..][..3]);
+    let distance = r.norm();
+    let line = r / distance;
+    let line_rate = (v - line * line.dot(&v)) / distance;
+    let (long, long_rate) = (turn * axis, turn * spin.cross(&axis));
+    long.dot(&line) * (long_rate.dot(&line) + long.dot(&line_rate))
+}

@@ -1,0 +1,160 @@
+//! Finding events in the pieces of a step.
+
+use super::condition::Place;
+use super::{Event, Occurrence};
+use crate::dynamics::{Inner, System};
+use crate::error::{Error, Result};
+use crate::integrate::{Segment, extremum, root};
+
+/// Equal intervals of a step at whose ends the functions are sampled. Between three samples of which the middle one is nearest to
+/// zero the extremum is sought, so that two zeros in one interval are not lost; only a function with more extrema than
+/// that in an interval can hide some.
+pub const SAMPLES: usize = 8;
+
+/// Beside the ends of the intervals, two places near the ends of the step show which way the functions go there.
+const POINTS: usize = SAMPLES + 3;
+const NEAR: f64 = 1e-3;
+
+/// A zero this near to the start of a run, in steps, is where the run starts and no event.
+const AT_START: f64 = 1e-9;
+
+/// Watches events along a run.
+pub(crate) struct Watch {
+    values: Vec<[f64; POINTS]>,
+    /// Time before which, in the direction of the run, there is nothing; none before the first step.
+    begun: bool,
+    y: Vec<f64>,
+    zeros: Vec<f64>,
+    found: Vec<(f64, usize)>,
+}
+
+impl Watch {
+    /// Refuses events that the system cannot have.
+    pub fn new(system: &System, inner: &Inner, events: &[Event]) -> Result<Self> {
+        for event in events {
+            event.condition.check(system)?;
+            let name = event.condition.name();
+            let own = event.condition.direction();
+            let fits = match own {
+                Some(own) => event.direction == 0 || event.direction == own,
+                None => (-1..=1).contains(&event.direction),
+            };
+            if !fits {
+                let expected = own.map_or("-1, 0 or 1".to_owned(), |own| format!("0 or {own}"));
+                return Err(Error::invalid(format!("direction of {name}"), event.direction, expected));
+            }
+        }
+        let dimension = inner.high.len();
+        Ok(Self {
+            values: vec![[0.0; POINTS]; events.len()],
+            begun: false,
+            y: vec![0.0; dimension],
+            zeros: vec![0.0; dimension],
+            found: Vec::new(),
+        })
+    }
+
+    /// The events within a piece, in the order of the run, up to and with the first terminal one.
+    pub fn scan(
+        &mut self,
+        system: &System,
+        inner: &Inner,
+        piece: &Segment,
+        events: &mut [Event],
+        out: &mut Vec<Occurrence>,
+    ) -> Result<bool> {
+        let places: [f64; POINTS] = std::array::from_fn(|k| match k {
+            0 => 0.0,
+            1 => NEAR,
+            k if k == POINTS - 2 => 1.0 - NEAR,
+            k if k == POINTS - 1 => 1.0,
+            k => (k - 1) as f64 / SAMPLES as f64,
+        });
+        // The values at the end of one piece are those at the start of the next, so that rounding hides no change of sign.
+        for values in &mut self.values {
+            values[0] = values[POINTS - 1];
+        }
+        let first = usize::from(self.begun);
+        for k in first..POINTS {
+            piece.at(places[k], &mut self.y);
+            let place =
+                Place { system, inner, time: piece.time_at(places[k]), y: &self.y, zeros: &self.zeros };
+            for (event, values) in events.iter_mut().zip(&mut self.values) {
+                values[k] = checked(event, &place)?;
+            }
+        }
+        self.found.clear();
+        let y = &mut self.y;
+        for (index, (event, values)) in events.iter_mut().zip(&self.values).enumerate() {
+            let wanted = event.condition.direction().unwrap_or(event.direction);
+            let mut f = |theta: f64| {
+                piece.at(theta, y);
+                let time = piece.time_at(theta);
+                checked(event, &Place { system, inner, time, y, zeros: &self.zeros })
+            };
+            let along = piece.size().signum();
+            let mut take = |a: (f64, f64), b: (f64, f64), f: &mut dyn FnMut(f64) -> Result<f64>| {
+                let rising = (b.1 - a.1) * along > 0.0;
+                if wanted == 0 || (wanted > 0) == rising {
+                    let theta = root(f, a, b)?;
+                    if self.begun || theta > AT_START {
+                        self.found.push((theta, index));
+                    }
+                }
+                Ok::<(), Error>(())
+            };
+            for k in 1..POINTS {
+                let (a, b) = ((places[k - 1], values[k - 1]), (places[k], values[k]));
+                if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
+                    take(a, b, &mut f)?;
+                }
+                if k + 1 == POINTS {
+                    continue;
+                }
+                let c = (places[k + 1], values[k + 1]);
+                let sign = b.1.signum();
+                let same = a.1 * sign > 0.0 && c.1 * sign > 0.0;
+                if same && b.1.abs() < a.1.abs() && b.1.abs() <= c.1.abs() {
+                    let (theta, value) = extremum(|theta| f(theta).map(|v| v * sign), a.0, c.0)?;
+                    if value < 0.0 {
+                        let middle = (theta, value * sign);
+                        take(a, middle, &mut f)?;
+                        take(middle, c, &mut f)?;
+                    }
+                }
+            }
+        }
+        self.begun = true;
+        self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for &(theta, index) in &self.found {
+            piece.at(theta, &mut self.y);
+            let time = piece.time_at(theta);
+            out.push(Occurrence { event: index, time, state: inner.state(time, &self.y, &self.zeros) });
+            if events[index].terminal {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The vector of the last event found.
+    pub fn vector(&self) -> &[f64] {
+        &self.y
+    }
+}
+
+fn checked(event: &mut Event, place: &Place) -> Result<f64> {
+    let value = event.condition.value(place)?;
+    if value.is_finite() {
+        return Ok(value);
+    }
+    // Two points never touch: infinitely far is an answer there.
+    if value == f64::INFINITY {
+        return Ok(f64::MAX);
+    }
+    Err(Error::invalid(
+        format!("{} at time {}", event.condition.name(), place.time),
+        value,
+        "a finite number",
+    ))
+}

@@ -1,0 +1,175 @@
+//! What moves a simulation: a Runge-Kutta pair or a composition of flows, with one face.
+
+use super::integrator::{Engine, Integrator};
+use super::motion::{Motion, Parted};
+use crate::dynamics::{Inner, Parts, Splitting};
+use crate::error::Result;
+use crate::integrate::{FixedStepper, Memory, Segment, Statistics, Stepper, Tolerance, VERNER98};
+
+/// Tolerance of the runs between the ends of fixed steps.
+const BRIDGE_TOLERANCE: f64 = 1e-12;
+
+#[derive(Debug, Clone)]
+pub(super) enum Mover {
+    Adaptive(Box<Stepper>),
+    Fixed(Box<Fixed>),
+}
+
+/// Fixed steps, and how to see between their ends.
+#[derive(Debug, Clone)]
+pub(super) struct Fixed {
+    stepper: FixedStepper,
+    splitting: Splitting,
+    bridge: Option<Bridge>,
+    /// Whether the pieces belong to the last step.
+    formed: bool,
+    pieces: Vec<Segment>,
+}
+
+/// Verner 9(8) from the last step's start. It has rules of its own, so that looking between does not disturb the steps.
+#[derive(Debug, Clone)]
+struct Bridge {
+    motion: Motion,
+    stepper: Stepper,
+}
+
+impl Mover {
+    pub fn new(integrator: Integrator, motion: &Motion, inner: &Inner, time: f64) -> Result<Self> {
+        let (high, low) = (inner.high.clone(), inner.low.clone());
+        Ok(match integrator.engine()? {
+            Engine::Pair(tableau, tolerance) => {
+                Self::Adaptive(Box::new(Stepper::new(tableau, tolerance, time, high, low)))
+            }
+            Engine::Composition(scheme, step) => {
+                let parts = match integrator {
+                    Integrator::LieGroupVariational { .. } => Parts::Free,
+                    _ => Parts::Kepler,
+                };
+                Self::Fixed(Box::new(Fixed {
+                    stepper: FixedStepper::new(scheme, step, time, high, low),
+                    splitting: Splitting::new(&motion.equations, parts)?,
+                    bridge: None,
+                    formed: false,
+                    pieces: Vec::new(),
+                }))
+            }
+        })
+    }
+
+    pub fn time(&self) -> f64 {
+        match self {
+            Self::Adaptive(stepper) => stepper.time(),
+            Self::Fixed(fixed) => fixed.stepper.time(),
+        }
+    }
+
+    pub fn vector(&self) -> (&[f64], &[f64]) {
+        match self {
+            Self::Adaptive(stepper) => stepper.vector(),
+            Self::Fixed(fixed) => fixed.stepper.vector(),
+        }
+    }
+
+    pub fn statistics(&self) -> Statistics {
+        match self {
+            Self::Adaptive(stepper) => stepper.statistics(),
+            Self::Fixed(fixed) => fixed.stepper.statistics(),
+        }
+    }
+
+    pub fn step(&mut self, motion: &mut Motion, end: f64) -> Result<()> {
+        match self {
+            Self::Adaptive(stepper) => stepper.step(motion, end),
+            Self::Fixed(fixed) => {
+                fixed.formed = false;
+                let mut flows = Parted { equations: &mut motion.equations, splitting: &mut fixed.splitting };
+                fixed.stepper.step(&mut flows, end)
+            }
+        }
+    }
+
+    /// The last step as polynomials, one after the other.
+    pub fn pieces(&mut self, motion: &mut Motion) -> Result<&[Segment]> {
+        match self {
+            Self::Adaptive(stepper) => Ok(std::slice::from_ref(stepper.segment(motion)?)),
+            Self::Fixed(fixed) => fixed.pieces(motion),
+        }
+    }
+
+    /// Puts the run to a place on the last step.
+    pub fn place(&mut self, time: f64, y: &[f64]) {
+        match self {
+            Self::Adaptive(stepper) => stepper.place(time, y),
+            Self::Fixed(fixed) => {
+                fixed.splitting.reset();
+                fixed.stepper.place(time, y);
+            }
+        }
+    }
+
+    /// What decides how the run goes on.
+    pub fn memory(&self) -> (Memory, Option<Vec<[f64; 6]>>) {
+        match self {
+            Self::Adaptive(stepper) => (stepper.memory(), None),
+            Self::Fixed(fixed) => (fixed.stepper.memory(), fixed.splitting.loads()),
+        }
+    }
+
+    pub fn recall(&mut self, memory: &Memory, loads: Option<&[[f64; 6]]>) {
+        match self {
+            Self::Adaptive(stepper) => stepper.recall(memory),
+            Self::Fixed(fixed) => {
+                fixed.stepper.recall(memory);
+                match loads {
+                    Some(loads) => fixed.splitting.recall(loads),
+                    None => fixed.splitting.reset(),
+                }
+            }
+        }
+    }
+}
+
+impl Fixed {
+    /// Verner 9(8) at a tight tolerance from the step's start; what it misses of the step's end is spread over the step, in
+    /// proportion to the time. The error inside is then that of the step itself.
+    fn pieces(&mut self, motion: &Motion) -> Result<&[Segment]> {
+        if self.formed {
+            return Ok(&self.pieces);
+        }
+        let (start, high, low) = self.stepper.last();
+        let bridge = match &mut self.bridge {
+            Some(bridge) => bridge,
+            None => {
+                let tolerance = Tolerance::new(BRIDGE_TOLERANCE, BRIDGE_TOLERANCE)?;
+                let stepper = Stepper::new(&VERNER98, tolerance, start.value(), high.to_vec(), low.to_vec());
+                self.bridge.insert(Bridge { motion: motion.clone(), stepper })
+            }
+        };
+        let before = bridge.stepper.memory();
+        bridge.stepper.recall(&Memory {
+            time: [start.high, start.low],
+            high: high.to_vec(),
+            low: low.to_vec(),
+            ..before
+        });
+        let evaluations = before.statistics.evaluations;
+        let end = self.stepper.time();
+        self.pieces.clear();
+        while bridge.stepper.time() != end {
+            bridge.stepper.step(&mut bridge.motion, end)?;
+            self.pieces.push(bridge.stepper.segment(&mut bridge.motion)?.clone());
+        }
+        let ((high, low), (reached, tail)) = (self.stepper.vector(), bridge.stepper.vector());
+        let missed: Vec<f64> = (0..high.len()).map(|k| (high[k] - reached[k]) + (low[k] - tail[k])).collect();
+        let size = (end - start.high) - start.low;
+        let mut from = 0.0;
+        for piece in &mut self.pieces {
+            let to = from + piece.size() / size;
+            piece.tilt(from, to, &missed);
+            from = to;
+        }
+        self.stepper.count(bridge.stepper.statistics().evaluations - evaluations);
+        self.formed = true;
+        Ok(&self.pieces)
+    }
+}

@@ -1,0 +1,75 @@
+//! Steps: where they end, what they allocate.
+
+use super::systems::*;
+use crate::support::allocations;
+use fullbody::dynamics::AttitudeChart;
+use fullbody::error::Error;
+use fullbody::integrate::Scheme;
+use fullbody::math::Vec3;
+use fullbody::mutual::Method;
+use fullbody::trajectory::{Integrator, Output, Simulation, StopReason, Trajectory};
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+/// Two points fall onto each other: the steps shrink until they no longer advance the time, at pi sqrt(d^3 / (8 mu)).
+#[test]
+fn singularity() {
+    let (system, _) = points(0.0);
+    let d: f64 = 1.7;
+    let state = relative(Vec3::new(0.0, d, 0.0), Vec3::zeros(), 0.3);
+    let collision = PI * (d.powi(3) / 8.0).sqrt();
+    for integrator in all(1e-12, 0.1).into_iter().take(5) {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let mut record = Trajectory::new(2);
+        let hook = &mut |_| ControlFlow::Continue(());
+        let error = simulation.integrate(10.0, &Output::Steps, &mut record, hook).unwrap_err();
+        let Error::StepSizeTooSmall { time, step, .. } = &error else { panic!("{error}") };
+        println!("{error}; off by {:.1e}", time - collision);
+        assert!((time - collision).abs() < 1e-10 && step.abs() < 1e-14);
+        assert_eq!(record.stop_reason, StopReason::Unfinished);
+        assert_eq!(simulation.time(), *record.time.last().unwrap());
+    }
+}
+
+/// Accepted steps allocate nothing once the rules are there.
+#[test]
+fn no_allocation() {
+    let multipole = tumbling(Method::Multipole(6), AttitudeChart::Quaternion);
+    let angles = tumbling(Method::Multipole(2), AttitudeChart::TaitBryan);
+    let (focal, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+    let mut settings = *focal.settings();
+    settings.order = Some(fullbody::quadrature::Order { gauss: 12, angles: 24 });
+    let focal = fullbody::dynamics::System::new(focal.bodies().to_vec(), 1.0, settings).unwrap();
+    for (system, state) in [multipole, angles, (focal, state), triple()] {
+        for integrator in all(1e-10, 0.02) {
+            let Ok(mut simulation) = Simulation::new(&system, &state, integrator) else { continue };
+            (0..5).for_each(|_| simulation.step(100.0).unwrap());
+            let before = allocations();
+            (0..20).for_each(|_| simulation.step(100.0).unwrap());
+            assert_eq!(allocations() - before, 0, "{integrator:?}");
+        }
+    }
+}
+
+/// Fixed steps end where they are asked to, and count what they evaluate.
+#[test]
+fn fixed_steps() {
+    let (system, state) = tumbling(Method::Multipole(2), AttitudeChart::Quaternion);
+    let cases = [
+        (Integrator::LieGroupVariational { step: 0.1 }, 1, 1),
+        (Integrator::SymplecticSplitting { step: 0.1, scheme: Scheme::Leapfrog }, 1, 0),
+        (Integrator::SymplecticSplitting { step: 0.1, scheme: Scheme::Aba864 }, 7, 0),
+        (Integrator::SymplecticSplitting { step: 0.1, scheme: Scheme::Aba1064 }, 8, 0),
+    ];
+    for (integrator, each, first) in cases {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let record = integrate(&mut simulation, 10.0, &Output::Steps, false);
+        assert_eq!(record.len(), 101);
+        assert_eq!(simulation.time(), 10.0);
+        assert_eq!(simulation.statistics().evaluations, 100 * each + first);
+        // A last step that is cut short.
+        let record = integrate(&mut simulation, 10.25, &Output::Steps, false);
+        assert_eq!(record.len(), 4);
+        assert_eq!(simulation.time(), 10.25);
+    }
+}

@@ -1,0 +1,256 @@
+//! Fixed steps: exact flows, orders, reversal, energy without drift.
+
+use super::systems::*;
+use fullbody::dynamics::{AttitudeChart, free_rotation, variational_rotation};
+use fullbody::error::Error;
+use fullbody::integrate::Scheme;
+use fullbody::math::{Vec3, rotation};
+use fullbody::mutual::Method;
+use fullbody::orbit::kepler_change;
+use fullbody::trajectory::{Integrator, Output, Simulation};
+
+/// Jacobi's sn, cn, dn by descending Landen transformations (arithmetic-geometric mean), for modulus squared `m`.
+fn jacobi(u: f64, m: f64) -> (f64, f64, f64) {
+    let (mut a, mut b) = (vec![1.0], (1.0 - m).sqrt());
+    let mut c = vec![m.sqrt()];
+    while c[c.len() - 1].abs() > 1e-17 && c.len() < 30 {
+        let last = a[a.len() - 1];
+        c.push(0.5 * (last - b));
+        a.push(0.5 * (last + b));
+        b = (last * b).sqrt();
+    }
+    let mut angle = a[a.len() - 1] * u * 2.0_f64.powi(a.len() as i32 - 1);
+    for k in (1..a.len()).rev() {
+        angle = 0.5 * (angle + (c[k] / a[k] * angle.sin()).asin());
+    }
+    let (s, cosine) = angle.sin_cos();
+    (s, cosine, (1.0 - m * s * s).sqrt())
+}
+
+/// Euler's top against Jacobi's functions (Landau & Lifshitz, Mechanics, section 37), its angular momentum in space, and a
+/// reversed turn.
+#[test]
+fn free_top() {
+    let inertia = Vec3::new(1.0, 1.7, 2.4);
+    // L^2 > 2 E I_2: about the axis of the largest moment; starting where the second component is zero.
+    let start = Vec3::new(0.6, 0.0, 1.1);
+    let energy2 = inertia.dot(&start.component_mul(&start));
+    let square = inertia.component_mul(&start).norm_squared();
+    let [i1, i2, i3] = [inertia.x, inertia.y, inertia.z];
+    let rate = ((i3 - i2) * (square - energy2 * i1) / (i1 * i2 * i3)).sqrt();
+    let m = (i2 - i1) * (energy2 * i3 - square) / ((i3 - i2) * (square - energy2 * i1));
+    let second = ((energy2 * i3 - square) / (i2 * (i3 - i2))).sqrt();
+    let q = rotation::normalised([0.3, -0.5, 0.7, 0.2]);
+    for time in [0.05, 0.7, 3.0, -11.0] {
+        let (turned, change) = free_rotation(inertia, q, start, time);
+        let (sn, cn, dn) = jacobi(rate * time, m);
+        let spin = start + change;
+        let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
+        // The second component's sign: I_2 dw_2/dt = (I_3 - I_1) w_3 w_1 > 0.
+        assert!((spin - expected).norm() < 1e-14, "{time}: {spin:?} {expected:?}");
+        let p: [f64; 4] = std::array::from_fn(|k| q[k] + turned[k]);
+        let length = p.iter().map(|x| x * x).sum::<f64>();
+        assert!((length - 1.0).abs() < 4e-15, "{length}");
+        let momentum = |q, w: Vec3| rotation::matrix(q) * inertia.component_mul(&w);
+        assert!((momentum(p, spin) - momentum(q, start)).norm() < 4e-15);
+        let (back, _) = free_rotation(inertia, p, spin, -time);
+        let error = (0..4).map(|k| (p[k] + back[k] - q[k]).abs()).fold(0.0, f64::max);
+        assert!(error < 4e-15, "{error:e}");
+    }
+}
+
+/// The symmetric top's two rotations against the series for a body that differs from it by little, for every axis and kind.
+#[test]
+fn symmetric_top() {
+    for axis in 0..3 {
+        for (along, across) in [(2.0, 1.2), (0.7, 1.2), (1.2, 1.2)] {
+            let mut inertia = Vec3::repeat(across);
+            inertia[axis] = along;
+            let mut near = inertia;
+            near[(axis + 1) % 3] *= 1.0 + 1e-12;
+            near[(axis + 2) % 3] *= 1.0 - 1e-12;
+            let spin = Vec3::new(0.4, -0.3, 0.8);
+            let q = [0.5, 0.5, -0.5, 0.5];
+            let ((a, u), (b, v)) = (free_rotation(inertia, q, spin, 1.3), free_rotation(near, q, spin, 1.3));
+            assert!((u - v).norm() < 1e-11 && (0..4).all(|k| (a[k] - b[k]).abs() < 1e-11));
+        }
+    }
+}
+
+/// The discrete rotation keeps the angular momentum in space to round-off, undoes itself, and is of second order.
+#[test]
+fn discrete_top() {
+    let (inertia, spin) = (Vec3::new(1.0, 1.7, 2.4), Vec3::new(0.6, 0.2, 1.1));
+    let q = [1.0, 0.0, 0.0, 0.0];
+    let add = |q: [f64; 4], d: [f64; 4]| std::array::from_fn(|k| q[k] + d[k]);
+    let momentum = |q, w: Vec3| rotation::matrix(q) * inertia.component_mul(&w);
+    let errors = [0.1, 0.05].map(|h| {
+        let (turned, change) = variational_rotation(inertia, q, spin, h).unwrap();
+        let p: [f64; 4] = add(q, turned);
+        assert!((momentum(p, spin + change) - momentum(q, spin)).norm() < 2e-15);
+        let (back, changed) = variational_rotation(inertia, p, spin + change, -h).unwrap();
+        assert!((change + changed).norm() < 1e-15);
+        assert!((0..4).all(|k| (turned[k] + back[k]).abs() < 1e-15));
+        let (exact, _) = free_rotation(inertia, q, spin, h);
+        (0..4).map(|k| (turned[k] - exact[k]).abs()).fold(0.0, f64::max)
+    });
+    let order = (errors[0] / errors[1]).log2() - 1.0;
+    println!("discrete rotation: order {order:.2}");
+    assert!((order - 2.0).abs() < 0.1);
+    assert!(variational_rotation(inertia, q, spin, 10.0).is_none());
+}
+
+/// Kepler motion of every kind against the elements.
+#[test]
+fn kepler_motion() {
+    use fullbody::orbit::KeplerElements;
+    let mu = 1.3;
+    for (a, e, m0) in [(1.0, 0.0, 0.1), (2.0, 0.3, -1.0), (0.8, 0.95, 0.02), (-1.5, 1.4, -0.7)] {
+        let elements = |m| KeplerElements::new(a, e, 0.4, 0.5, 0.6, m).unwrap();
+        let rate = (mu / f64::abs(a * a * a)).sqrt();
+        let (r, v) = elements(m0).to_cartesian(mu).unwrap();
+        for time in [1e-3, 0.3, -2.0, 25.0] {
+            let (moved, turned) = kepler_change(&r, &v, mu, time).unwrap();
+            let (x, u) = elements(m0 + rate * time).to_cartesian(mu).unwrap();
+            let scale = x.norm().max(r.norm());
+            assert!((r + moved - x).norm() < 2e-13 * scale, "{e} {time}: {:e}", (r + moved - x).norm());
+            assert!((v + turned - u).norm() < 2e-13 * u.norm().max(v.norm()) / (1.0 - e).abs().min(1.0));
+        }
+    }
+    let (moved, turned) = kepler_change(&Vec3::x(), &Vec3::y(), 0.0, 2.0).unwrap();
+    assert_eq!((moved, turned), (2.0 * Vec3::y(), Vec3::zeros()));
+}
+
+fn splitting(step: f64, scheme: Scheme) -> Integrator {
+    Integrator::SymplecticSplitting { step, scheme }
+}
+
+/// Measured orders against a tight run: two for leapfrog and the variational integrator; the others fall at least as fast as
+/// their fourth order, and with the square of how little the bodies differ from points.
+#[test]
+fn orders() {
+    for (system, state) in [tumbling(Method::Multipole(4), AttitudeChart::Quaternion), triple()] {
+        let mut tight = Simulation::new(&system, &state, verner98(1e-14)).unwrap();
+        integrate(&mut tight, 4.0, &Output::Times(vec![]), false);
+        let error = |integrator| {
+            let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+            integrate(&mut simulation, 4.0, &Output::Times(vec![]), false);
+            difference(&simulation.state(), &tight.state())
+                .max(difference_of_rotation(&simulation.state(), &tight.state()))
+        };
+        let lie = |step| Integrator::LieGroupVariational { step };
+        let measured = |f: &dyn Fn(f64) -> Integrator, h: f64| {
+            let (long, short) = (error(f(h)), error(f(0.5 * h)));
+            println!("{:?}: {long:.1e} {short:.1e} order {:.2}", f(h), (long / short).log2());
+            (long / short).log2()
+        };
+        assert!((measured(&lie, 0.02) - 2.0).abs() < 0.15);
+        assert!((measured(&|h| splitting(h, Scheme::Leapfrog), 0.05) - 2.0).abs() < 0.15);
+        for scheme in [Scheme::Aba864, Scheme::Aba1064] {
+            let order = measured(&|h| splitting(h, scheme), 0.2);
+            assert!(order > 3.7, "{order}");
+        }
+    }
+}
+
+/// Errors of ABA(8,6,4) for A + epsilon B: the first power of epsilon comes with the eighth of the step.
+#[test]
+fn near_integrable() {
+    use fullbody::integrate::Flows;
+    /// A pendulum-like problem in two flows: a rotation by the harmonic oscillator, and kicks of size epsilon.
+    struct Oscillator(f64);
+    impl Flows for Oscillator {
+        fn prepare(&mut self, _: f64, _: &[f64], _: f64) -> fullbody::error::Result<()> {
+            Ok(())
+        }
+        fn drift(&mut self, h: f64, y: &mut [f64], _: &mut [f64]) -> Result<(), &'static str> {
+            let (s, c) = h.sin_cos();
+            (y[0], y[1]) = (c * y[0] + s * y[1], c * y[1] - s * y[0]);
+            Ok(())
+        }
+        fn kick(&mut self, h: f64, y: &mut [f64], _: &mut [f64]) -> Result<u64, &'static str> {
+            y[1] -= h * self.0 * y[0].powi(3);
+            Ok(1)
+        }
+        fn restore(&mut self, _: &mut [f64], _: &mut [f64]) {}
+    }
+    // Largest error of the energy over many steps: its leading term is epsilon h^n.
+    let energy_error = |scheme: Scheme, epsilon: f64, steps: u32| {
+        let mut y = [1.0, 0.3];
+        let energy = |y: &[f64]| 0.5 * (y[0] * y[0] + y[1] * y[1]) + 0.25 * epsilon * y[0].powi(4);
+        let start = energy(&y);
+        let h = 10.0 / f64::from(steps);
+        (0..4 * steps).fold(0.0, |worst: f64, _| {
+            scheme.step(&mut Oscillator(epsilon), h, &mut y, &mut [0.0; 2]).unwrap();
+            worst.max((energy(&y) - start).abs())
+        })
+    };
+    for (scheme, order, steps) in
+        [(Scheme::Leapfrog, 2.0, 40), (Scheme::Aba864, 8.0, 8), (Scheme::Aba1064, 10.0, 8)]
+    {
+        let epsilon = 1e-5;
+        let (long, short) =
+            (energy_error(scheme, epsilon, steps), energy_error(scheme, epsilon, steps * 3 / 2));
+        let measured = (long / short).ln() / 1.5_f64.ln();
+        println!("{scheme:?}: {long:.1e} {short:.1e}, order {measured:.2} in epsilon h^n");
+        assert!(measured > order - 0.6, "{measured}");
+    }
+}
+
+/// There and back again: the start to round-off. And the step's end does not depend on how it is reached.
+#[test]
+fn reversal() {
+    for (system, state) in [tumbling(Method::Focal, AttitudeChart::Quaternion), triple()] {
+        for integrator in all(1e-13, 0.05).into_iter().skip(4) {
+            let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+            integrate(&mut simulation, 20.0, &Output::Times(vec![]), false);
+            integrate(&mut simulation, 0.0, &Output::Times(vec![]), false);
+            let back = simulation.state();
+            let error = difference(&back, &state).max(difference_of_rotation(&back, &state));
+            println!("{integrator:?}: {error:.1e} after {} steps", simulation.statistics().steps);
+            assert!(error < 2e-11, "{error:e}");
+        }
+    }
+}
+
+/// The energy's error in the last quarter of a run of 180 orbits is that of the first quarter, up to the orbit's slow changes; a
+/// drift would make it seven times as large.
+#[test]
+fn no_drift() {
+    let (system, state) = tumbling(Method::Multipole(2), AttitudeChart::Quaternion);
+    for integrator in all(1e-9, 0.1).into_iter().skip(5) {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let record = integrate(&mut simulation, 2000.0, &Output::Steps, false);
+        let energy: Vec<f64> = record.energy.iter().step_by(4).copied().collect();
+        let n = energy.len();
+        let worst = |range: &[f64]| range.iter().map(|e| (e / energy[0] - 1.0).abs()).fold(0.0, f64::max);
+        let (first, last) = (worst(&energy[..n / 4]), worst(&energy[3 * n / 4..]));
+        let momentum = |k: usize| Vec3::from_column_slice(&record.angular_momentum[3 * k..3 * k + 3]);
+        let turned = (momentum(n - 1) - momentum(0)).norm() / momentum(0).norm();
+        println!(
+            "{integrator:?}: energy {first:.1e} then {last:.1e}, angular momentum {turned:.1e}, {} evaluations",
+            simulation.statistics().evaluations
+        );
+        assert!(last < 3.0 * first && turned < 1e-13);
+        let length = simulation.state().attitude[0].iter().map(|x| x * x).sum::<f64>();
+        assert!((length - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn refusals() {
+    let (system, state) = tumbling(Method::Point, AttitudeChart::TaitBryan);
+    for integrator in all(1e-9, 0.1).into_iter().skip(5) {
+        let refused = Simulation::new(&system, &state, integrator);
+        assert!(matches!(refused, Err(Error::InvalidInput { .. })));
+    }
+    let (system, state) = tumbling(Method::Point, AttitudeChart::Quaternion);
+    for step in [0.0, -1.0, f64::NAN] {
+        assert!(Simulation::new(&system, &state, splitting(step, Scheme::Leapfrog)).is_err());
+    }
+    // A body that turns too far in a step for the discrete rotation says so.
+    let mut long = Simulation::new(&system, &state, Integrator::LieGroupVariational { step: 5.0 }).unwrap();
+    assert!(matches!(long.step(100.0), Err(Error::NotConverged { .. })));
+    assert_eq!(long.state(), state.clone());
+    assert!("ABA".parse::<Scheme>().is_err());
+}
