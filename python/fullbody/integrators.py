@@ -2,26 +2,82 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
+from typing import Any, Literal
 
+from . import _core
 from .errors import InvalidInput
 
-__all__ = ["Verner98"]
+__all__ = [
+    "DormandPrince54",
+    "Integrator",
+    "LieGroupVariational",
+    "SymplecticSplitting",
+    "Verner65",
+    "Verner76",
+    "Verner87",
+    "Verner98",
+]
 
 
 @dataclass(frozen=True, slots=True)
-class Verner98:
-    """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9.
+class Integrator:
+    """Base of all integrators."""
 
-    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale
-    at the start: positions against the nearest separation, velocities against their own size or that of a circular
-    orbit there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure
-    numbers.
+    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
+        """Name, rtol, atol, step, scheme for the core; ``strip`` turns a time into the system's units."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True)
+class _Adaptive(Integrator):
+    """A Runge-Kutta pair with step control.
+
+    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale at
+    the start: positions against the nearest separation, velocities against their own size or that of a circular orbit
+    there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure numbers.
 
     Parameters
     ----------
     rtol, atol : float
-        From 0 to below 1, not both zero.
+        From 0 to below 1, not both zero. Where their sum is below what doubles can do, rtol is raised to that, with a
+        warning.
+    """
+
+    rtol: float = 1e-13
+    atol: float = 1e-13
+
+    def __post_init__(self) -> None:
+        for name in ("rtol", "atol"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < 1.0:
+                raise InvalidInput(f"{name} is {value!r}; expected a number from 0 to below 1")
+        if self.rtol == 0.0 and self.atol == 0.0:
+            raise InvalidInput("rtol and atol are both 0; expected at least one above zero")
+        floor = _core.tolerance_floor()
+        if self.rtol + self.atol < floor:
+            text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {floor:g}"
+            warnings.warn(text, stacklevel=3)
+            object.__setattr__(self, "rtol", floor - self.atol)
+
+    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
+        return (type(self).__name__, self.rtol, self.atol, 0.0, "")
+
+
+@dataclass(frozen=True, slots=True)
+class Verner98(_Adaptive):
+    """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9: the default.
+
+    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale at
+    the start: positions against the nearest separation, velocities against their own size or that of a circular orbit
+    there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure numbers.
+
+    Parameters
+    ----------
+    rtol, atol : float
+        From 0 to below 1, not both zero. Where their sum is below what doubles can do, rtol is raised to that, with a
+        warning.
 
     References
     ----------
@@ -34,13 +90,100 @@ class Verner98:
     Verner98(rtol=1e-12, atol=1e-13)
     """
 
-    rtol: float = 1e-13
-    atol: float = 1e-13
 
-    def __post_init__(self) -> None:
-        for name in ("rtol", "atol"):
-            value = getattr(self, name)
-            if not isinstance(value, int | float) or not 0.0 <= value < 1.0:
-                raise InvalidInput(f"{name} is {value!r}; expected a number from 0 to below 1")
-        if self.rtol == 0.0 and self.atol == 0.0:
-            raise InvalidInput("rtol and atol are both 0; expected at least one above zero")
+@dataclass(frozen=True, slots=True)
+class Verner87(_Adaptive):
+    """Verner's pair of orders 8 and 7; tolerances as in :class:`Verner98`.
+
+    Parameters
+    ----------
+    rtol, atol : float
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class Verner76(_Adaptive):
+    """Verner's pair of orders 7 and 6; tolerances as in :class:`Verner98`.
+
+    Parameters
+    ----------
+    rtol, atol : float
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class Verner65(_Adaptive):
+    """Verner's pair of orders 6 and 5; tolerances as in :class:`Verner98`.
+
+    Parameters
+    ----------
+    rtol, atol : float
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class DormandPrince54(_Adaptive):
+    """The pair of Dormand and Prince of orders 5 and 4; tolerances as in :class:`Verner98`.
+
+    Parameters
+    ----------
+    rtol, atol : float
+
+    References
+    ----------
+    J. R. Dormand & P. J. Prince (1980), J. Comput. Appl. Math. 6, 19.
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class LieGroupVariational(Integrator):
+    """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation a step.
+
+    Parameters
+    ----------
+    step : float or Quantity
+        Size of the steps, a time in the system's units.
+
+    References
+    ----------
+    T. Lee, M. Leok & N. H. McClamroch (2007), Comput. Methods Appl. Mech. Engrg. 196, 2907.
+    """
+
+    step: Any
+
+    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
+        return (type(self).__name__, 0.0, 0.0, strip(self.step), "")
+
+
+@dataclass(frozen=True, slots=True)
+class SymplecticSplitting(Integrator):
+    """Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.
+
+    Symplectic and time-reversible. N bodies are taken in Jacobi's coordinates: let the first two be the closest pair.
+    The steps have to resolve the rotation as well as the orbit: for a triaxial body some ten steps a turn.
+
+    Parameters
+    ----------
+    step : float or Quantity
+        Size of the steps, a time in the system's units.
+    scheme : {"ABA864", "ABA1064", "leapfrog"}
+        The near-integrable compositions (8,6,4) and (10,6,4), or the leapfrog.
+
+    References
+    ----------
+    S. Blanes et al. (2013), Appl. Numer. Math. 68, 58.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4_ho2021("spheroid")
+    >>> run = system.integrate(state, 73.0, integrator=fullbody.SymplecticSplitting(step=0.73), output=[73.0])
+    >>> run.statistics.steps
+    100
+    """
+
+    step: Any
+    scheme: Literal["ABA864", "ABA1064", "leapfrog"] = "ABA864"
+
+    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
+        return (type(self).__name__, 0.0, 0.0, strip(self.step), self.scheme)

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import copy
+import json
+import os
+import uuid
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _core
-from ._units import scalar
+from ._units import Units, scalar
 from .errors import FullbodyError, Interrupted, InvalidInput
-from .integrators import Verner98
-from .run import Run, Statistics
+from .events import Event, Occurrence
+from .integrators import Integrator, Verner98
+from .run import Dense, Run, Statistics
 from .state import State
 from .system import System
 
 __all__ = ["Simulation"]
+
+_MAGIC = b"fullbody simulation\n"
 
 
 class Simulation:
@@ -24,7 +33,8 @@ class Simulation:
     ----------
     system : System
     state : State
-    integrator : Verner98, optional
+    integrator : Integrator, optional
+        :class:`fullbody.Verner98` unless given.
 
     Examples
     --------
@@ -37,16 +47,21 @@ class Simulation:
     0.0
     """
 
-    def __init__(self, system: System, state: State, integrator: Verner98 | None = None) -> None:
+    def __init__(self, system: System, state: State, integrator: Integrator | None = None) -> None:
         if not isinstance(system, System):
             raise InvalidInput(f"system is {system!r}; expected a System")
         integrator = Verner98() if integrator is None else integrator
-        if not isinstance(integrator, Verner98):
-            raise InvalidInput(f"integrator is {integrator!r}; expected fullbody.Verner98(...)")
+        if not isinstance(integrator, Integrator):
+            raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
         self._system = system
         self._integrator = integrator
-        name = type(integrator).__name__
-        self._core = _core.Simulation(system._core, system._strip(state), name, integrator.rtol, integrator.atol)
+        self._core = _core.Simulation(system._core, system._strip(state), *integrator._arguments(self._time_of_step))
+
+    def _time_of_step(self, step: Any) -> float:
+        value = scalar(self._system._units.strip(step, "time", "step"), "step")
+        if not value > 0.0 or not np.isfinite(value):
+            raise InvalidInput(f"step is {step!r}; expected a finite time above zero")
+        return value
 
     @property
     def system(self) -> System:
@@ -54,7 +69,7 @@ class Simulation:
         return self._system
 
     @property
-    def integrator(self) -> Verner98:
+    def integrator(self) -> Integrator:
         """The integrator with its settings."""
         return self._integrator
 
@@ -65,8 +80,12 @@ class Simulation:
 
     @property
     def state(self) -> State:
-        """Present state."""
+        """Present state; setting it starts the integration anew from there."""
         return State._wrap(self._core.state, self._system._units)
+
+    @state.setter
+    def state(self, state: State) -> None:
+        self._core.set_state(self._system._strip(state))
 
     @property
     def statistics(self) -> Statistics:
@@ -109,14 +128,27 @@ class Simulation:
         # Far, but finite, so that differences of times stay numbers.
         self._core.step(float(np.clip(end, -1e300, 1e300)))
 
-    def integrate(self, until: Any, output: Any = None, progress: Any = False) -> Run:
+    def integrate(
+        self,
+        until: Any,
+        output: Any = None,
+        *,
+        events: Iterable[Event] = (),
+        dense: bool = False,
+        progress: Any = False,
+        autosave: tuple[Any, float] | None = None,
+    ) -> Run:
         """Move to a time and record; see :meth:`fullbody.System.integrate`.
 
         Parameters
         ----------
         until : float or Quantity
         output : None, float, Quantity or array_like
+        events : iterable of Event
+        dense : bool
         progress : bool, str or callable
+        autosave : (path, seconds), optional
+            Writes the simulation to a file every so many seconds; :meth:`load` goes on from it.
 
         Returns
         -------
@@ -124,22 +156,25 @@ class Simulation:
         """
         units = self._system._units
         end = scalar(units.strip(until, "time", "until"), "until")
-        spacing, times = None, None
-        if output is not None:
-            values = units.strip(output, "time", "output")
-            if values.ndim == 0:
-                spacing = float(values)
-                if not spacing > 0.0:
-                    raise InvalidInput(f"output is {output!r}; expected a spacing above zero, or times")
-            elif values.ndim == 1:
-                times = values
-            else:
-                raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")
+        spacing, times = _output(output, units)
+        watched = _events(events)
+        described = [event._describe(units) for event in watched]
+        keep = None
+        if autosave is not None:
+            path, seconds = autosave
+            keep = (float(seconds), lambda data: self._write(Path(path), data))
         before = self._core.statistics
         with _Bar(progress) as report:
-            record, error = self._core.integrate(end, spacing, times, report)
+            record, error = self._core.integrate(end, spacing, times, described, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
         run = Run(self._system, record, counts, self._integrator)
+        run.events = [
+            Occurrence(watched[index], units.attach(time, "time"), State._wrap(state, units))
+            for index, time, state in record.pop("events")
+        ]
+        solution = record.pop("dense")
+        run.dense = None if solution is None else Dense(self._system, solution)
+        run.stop_reason = record.pop("stop_reason")[0]
         if error is None:
             return run
         if isinstance(error, KeyboardInterrupt):
@@ -150,8 +185,125 @@ class Simulation:
             error.run = run
         raise error
 
+    def save(self, path: Any) -> None:
+        """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
+
+        A run that goes on from the file equals the unbroken one bit for bit, on a machine with the same vector
+        instructions (or with ``vector_path="portable"``).
+
+        Parameters
+        ----------
+        path : str or Path
+        """
+        self._write(Path(path), self._core.to_bytes())
+
+    @classmethod
+    def load(cls, path: Any) -> Simulation:
+        """Read what :meth:`save` wrote.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Simulation
+
+        Raises
+        ------
+        InvalidInput
+            For a file that is not a simulation, is truncated or has been altered; says what is wrong.
+        """
+        try:
+            return cls._from_bytes(Path(path).read_bytes())
+        except InvalidInput as error:
+            raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
+
+    def _to_bytes(self, core: bytes) -> bytes:
+        # The core's archive is checked by itself; the line before it holds what only this package knows.
+        system = self._system
+        head = {"system": system._describe(), "integrator": _describe_integrator(self._integrator, self._time_of_step)}
+        return _MAGIC + json.dumps(head).encode() + b"\n" + core
+
+    @classmethod
+    def _from_bytes(cls, data: bytes) -> Simulation:
+        if not data.startswith(_MAGIC):
+            raise InvalidInput("it does not begin like one")
+        head, found, core = data[len(_MAGIC) :].partition(b"\n")
+        try:
+            described = json.loads(head)
+            system, integrator = System._rebuild(described["system"]), _rebuild_integrator(described["integrator"])
+        except (ValueError, KeyError, TypeError) as error:
+            raise InvalidInput(f"its first lines are damaged: {error}") from error
+        if not found:
+            raise InvalidInput("it is truncated after its first lines")
+        sim = cls.__new__(cls)
+        sim._system, sim._integrator = system, integrator
+        sim._core = _core.Simulation.from_bytes(core)
+        return sim
+
+    def _write(self, path: Path, core: bytes) -> None:
+        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+        try:
+            temporary.write_bytes(self._to_bytes(core))
+            os.replace(temporary, path)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+
+    def __deepcopy__(self, memo: Any) -> Simulation:
+        return Simulation._from_bytes(self._to_bytes(self._core.to_bytes()))
+
+    def __copy__(self) -> Simulation:
+        return copy.deepcopy(self)
+
+    def __reduce__(self) -> Any:
+        return (Simulation._from_bytes, (self._to_bytes(self._core.to_bytes()),))
+
     def __repr__(self) -> str:
         return f"Simulation({self._system!r}, time={self.time}, integrator={self._integrator!r})"
+
+
+def _output(output: Any, units: Units) -> tuple[float | None, Any]:
+    """Spacing or times."""
+    if output is None:
+        return None, None
+    values = units.strip(output, "time", "output")
+    if values.ndim > 1:
+        raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")
+    if values.ndim == 1:
+        return None, values
+    if not values > 0.0:
+        raise InvalidInput(f"output is {output!r}; expected a spacing above zero, or times")
+    return float(values), None
+
+
+def _events(events: Iterable[Event]) -> list[Event]:
+    try:
+        watched = list(events)
+    except TypeError as error:
+        raise InvalidInput(f"events is {events!r}; expected a list of fullbody.events") from error
+    for event in watched:
+        if not isinstance(event, Event):
+            raise InvalidInput(f"events has {event!r}; expected fullbody.events")
+    return watched
+
+
+def _describe_integrator(integrator: Integrator, strip: Any) -> dict[str, Any]:
+    name, rtol, atol, step, scheme = integrator._arguments(strip)
+    settings: dict[str, Any] = {"rtol": rtol, "atol": atol} if hasattr(integrator, "rtol") else {"step": step}
+    return {"name": name, **settings, **({"scheme": scheme} if scheme else {})}
+
+
+def _rebuild_integrator(described: dict[str, Any]) -> Integrator:
+    from . import integrators
+
+    settings = dict(described)
+    name = settings.pop("name")
+    if name not in integrators.__all__:
+        raise InvalidInput(f"integrator is {name!r}; expected one of fullbody's")
+    integrator: Integrator = getattr(integrators, name)(**settings)
+    return integrator
 
 
 class _Bar:

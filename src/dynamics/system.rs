@@ -201,8 +201,13 @@ impl System {
             potential += self.strength(i, j) * pair.potential_energy(&pose);
         }
         let energy = invariants::energy(self, state, potential);
-        in_range("energy", &[energy.translational, energy.rotational, energy.potential, energy.total])?;
+        self.check_range(&energy)?;
         Ok(energy)
+    }
+
+    /// Refuses energies that have left the range of doubles.
+    pub fn check_range(&self, energy: &Energy) -> Result<()> {
+        in_range("energy", &[energy.translational, energy.rotational, energy.potential, energy.total])
     }
 
     /// Total linear momentum, inertial.

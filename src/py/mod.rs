@@ -17,7 +17,7 @@ mod _core {
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]
-    use super::runs::PySimulation;
+    use super::runs::{PyDense, PySimulation, tolerance_floor};
     #[pymodule_export]
     use super::systems::{PyState, PySystem, vector_paths};
 }

@@ -2,19 +2,41 @@
 
 use super::arrays::array;
 use super::systems::{PyState, PySystem};
+use crate::dynamics::State;
 use crate::error::Error;
 use crate::integrate::Tolerance;
-use crate::trajectory::{Integrator, Output, Progress, Simulation, Trajectory};
+use crate::math::Vec3;
+use crate::trajectory::{
+    Condition, Dense, Event, Integrator, Output, Progress, Run, Simulation, StopReason, Trajectory,
+};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 type RuleRow = (usize, usize, usize, usize, (usize, usize));
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// The stepping object.
 #[pyclass(name = "Simulation", module = "fullbody._core")]
 pub struct PySimulation {
     inner: Simulation,
+}
+
+/// What to watch for, as the package describes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct EventData {
+    kind: String,
+    first: usize,
+    second: Option<usize>,
+    value: f64,
+    normal: [f64; 3],
+    function: Option<Py<PyAny>>,
+    direction: i8,
+    terminal: bool,
 }
 
 #[pymethods]
@@ -26,13 +48,21 @@ impl PySimulation {
         integrator: &str,
         rtol: f64,
         atol: f64,
+        step: f64,
+        scheme: &str,
     ) -> Result<Self, Error> {
-        let tolerance = Tolerance::new(rtol, atol)?;
-        let integrator = match integrator {
-            "Verner98" => Integrator::Verner98(tolerance),
-            other => return Err(Error::invalid("integrator", format!("{other:?}"), "\"Verner98\"")),
-        };
+        let integrator = named(integrator, (rtol, atol), step, scheme)?;
         Ok(Self { inner: Simulation::new(&system.inner, &state.inner, integrator)? })
+    }
+
+    /// The simulation that `to_bytes` wrote.
+    #[staticmethod]
+    fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        Ok(Self { inner: Simulation::from_bytes(bytes)? })
+    }
+
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
+        Ok(PyBytes::new(py, &self.inner.to_bytes()?))
     }
 
     #[getter]
@@ -43,6 +73,10 @@ impl PySimulation {
     #[getter]
     fn state(&self) -> PyState {
         PyState { inner: self.inner.state() }
+    }
+
+    fn set_state(&mut self, state: &PyState) -> Result<(), Error> {
+        self.inner.set_state(&state.inner)
     }
 
     /// Accepted steps, rejected attempts, evaluations.
@@ -79,59 +113,188 @@ impl PySimulation {
 
     /// Runs to a time; gives the record and the error that cut it short, if any.
     ///
-    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C and to call `progress(start, time, end)`.
+    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C, to call `progress(start, time, end)` and, every
+    /// `autosave[0]` seconds, `autosave[1](bytes)`. Event functions take it while they run.
+    #[allow(clippy::too_many_arguments)]
     fn integrate<'py>(
         &mut self,
         py: Python<'py>,
         until: f64,
         spacing: Option<f64>,
         times: Option<Vec<f64>>,
+        events: Vec<EventData>,
+        dense: bool,
         progress: Option<Py<PyAny>>,
+        autosave: Option<(f64, Py<PyAny>)>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = match (spacing, times) {
             (_, Some(times)) => Output::Times(times),
             (Some(spacing), None) => Output::Spacing(spacing),
             (None, None) => Output::Steps,
         };
+        let raised = Arc::new(Mutex::new(None));
+        let mut watched =
+            events.into_iter().map(|event| watch(event, &raised)).collect::<Result<Vec<_>, Error>>()?;
         let mut record = Trajectory::new(self.inner.state().bodies());
-        let mut raised = None;
+        let mut saved = Instant::now();
         let outcome = py.detach(|| {
-            let mut hook = |p: Progress| {
+            let mut hook = |simulation: &Simulation, p: Progress| {
                 let called = Python::attach(|py| {
                     py.check_signals()?;
-                    match &progress {
-                        Some(progress) => progress.call1(py, (p.start, p.time, p.end)).map(drop),
-                        None => Ok(()),
+                    if let Some(progress) = &progress {
+                        progress.call1(py, (p.start, p.time, p.end))?;
+                    }
+                    match &autosave {
+                        Some((every, save)) if saved.elapsed() >= Duration::from_secs_f64(*every) => {
+                            saved = Instant::now();
+                            let bytes = PyBytes::new(py, &simulation.to_bytes()?);
+                            save.call1(py, (bytes,)).map(drop)
+                        }
+                        _ => Ok(()),
                     }
                 });
                 match called {
                     Ok(()) => ControlFlow::Continue(()),
                     Err(error) => {
-                        raised = Some(error);
+                        keep(&raised, error);
                         ControlFlow::Break(())
                     }
                 }
             };
-            self.inner.integrate(until, &output, &mut record, &mut hook)
+            let run = Run { output: &output, events: &mut watched, dense };
+            self.inner.run(until, run, &mut record, &mut hook)
         });
-        let error = raised.or(outcome.err().map(PyErr::from));
+        drop(watched);
+        let first = raised.lock().ok().and_then(|mut slot| slot.take());
+        let error = outcome.err().map(|error| first.unwrap_or_else(|| PyErr::from(error)));
         Ok((arrays(py, record)?, error))
+    }
+}
+
+/// The continuous solution of a run.
+#[pyclass(frozen, name = "Dense", module = "fullbody._core")]
+pub struct PyDense {
+    inner: Dense,
+}
+
+#[pymethods]
+impl PyDense {
+    /// First and last time, in the direction of the run.
+    #[getter]
+    fn range(&self) -> (f64, f64) {
+        self.inner.range()
+    }
+
+    /// Memory of the polynomials in bytes.
+    #[getter]
+    fn bytes(&self) -> usize {
+        self.inner.bytes()
+    }
+
+    fn state(&self, time: f64) -> Result<PyState, Error> {
+        Ok(PyState { inner: self.inner.state(time)? })
+    }
+
+    /// Positions, velocities, attitudes and spins at times (K,).
+    fn states<'py>(&self, py: Python<'py>, times: Vec<f64>) -> PyResult<Bound<'py, PyDict>> {
+        let states = self.inner.states(&times)?;
+        let (k, n) = (states.len(), states.first().map_or(0, State::bodies));
+        let vectors = |f: fn(&State) -> &Vec<Vec3>| {
+            states.iter().flat_map(|s| f(s).iter().flat_map(|v| [v.x, v.y, v.z])).collect::<Vec<f64>>()
+        };
+        let attitude: Vec<f64> = states.iter().flat_map(|s| s.attitude.concat()).collect();
+        let dict = PyDict::new(py);
+        dict.set_item("position", array(py, vectors(|s| &s.position), &[k, n, 3])?)?;
+        dict.set_item("velocity", array(py, vectors(|s| &s.velocity), &[k, n, 3])?)?;
+        dict.set_item("attitude", array(py, attitude, &[k, n, 4])?)?;
+        dict.set_item("spin", array(py, vectors(|s| &s.spin), &[k, n, 3])?)?;
+        Ok(dict)
+    }
+}
+
+/// Smallest sum of the tolerances that the adaptive integrators work with.
+#[pyfunction]
+pub fn tolerance_floor() -> f64 {
+    Tolerance::FLOOR
+}
+
+fn named(name: &str, tolerances: (f64, f64), step: f64, scheme: &str) -> Result<Integrator, Error> {
+    let tolerance = || Tolerance::new(tolerances.0, tolerances.1);
+    Ok(match name {
+        "DormandPrince54" => Integrator::DormandPrince54(tolerance()?),
+        "Verner65" => Integrator::Verner65(tolerance()?),
+        "Verner76" => Integrator::Verner76(tolerance()?),
+        "Verner87" => Integrator::Verner87(tolerance()?),
+        "Verner98" => Integrator::Verner98(tolerance()?),
+        "LieGroupVariational" => Integrator::LieGroupVariational { step },
+        "SymplecticSplitting" => Integrator::SymplecticSplitting { step, scheme: scheme.parse()? },
+        other => return Err(Error::invalid("integrator", format!("{other:?}"), "one of fullbody's")),
+    })
+}
+
+fn watch(event: EventData, raised: &Arc<Mutex<Option<PyErr>>>) -> Result<Event<'static>, Error> {
+    let EventData { kind, first, second, value, normal, function, direction, terminal } = event;
+    let other = second.unwrap_or(first);
+    let condition = match (kind.as_str(), function) {
+        ("Separation", _) => Condition::Separation { first, second: other, value },
+        ("Contact", _) => Condition::Contact { first, second: other },
+        ("Periapsis", _) => Condition::Periapsis { first, second: other },
+        ("Apoapsis", _) => Condition::Apoapsis { first, second: other },
+        ("PlaneCrossing", _) => {
+            Condition::PlaneCrossing { body: first, reference: second, normal: Vec3::from(normal) }
+        }
+        ("Escape", _) => Condition::Escape { first, second: other, distance: value },
+        ("Alignment", _) => Condition::Alignment { body: first, other },
+        ("Function", Some(function)) => {
+            let raised = raised.clone();
+            Condition::Function(Box::new(move |state: &State| {
+                let value = Python::attach(|py| {
+                    function.call1(py, (PyState { inner: state.clone() },))?.extract::<f64>(py)
+                });
+                value.map_err(|error| {
+                    keep(&raised, error);
+                    Error::invalid("value of an event's function", "an exception", "a number")
+                })
+            }))
+        }
+        (other, _) => return Err(Error::invalid("event", format!("{other:?}"), "one of fullbody.events")),
+    };
+    Ok(Event { condition, direction, terminal })
+}
+
+/// Keeps the first exception of a run.
+fn keep(raised: &Mutex<Option<PyErr>>, error: PyErr) {
+    if let Ok(mut slot) = raised.lock() {
+        slot.get_or_insert(error);
     }
 }
 
 fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
     let (k, n) = (record.len(), record.bodies);
     let dict = PyDict::new(py);
-    for (name, values, shape) in [
-        ("time", record.time, &[k][..]),
+    let shaped: [(&str, Vec<f64>, &[usize]); 7] = [
+        ("time", record.time, &[k]),
         ("position", record.position, &[k, n, 3]),
         ("velocity", record.velocity, &[k, n, 3]),
         ("attitude", record.attitude, &[k, n, 4]),
         ("spin", record.spin, &[k, n, 3]),
         ("energy", record.energy, &[k, 4]),
         ("angular_momentum", record.angular_momentum, &[k, 3]),
-    ] {
-        dict.set_item(name, array(py, values, shape)?)?;
+    ];
+    for (name, values, shape) in shaped {
+        let values: Array<'_> = array(py, values, shape)?;
+        dict.set_item(name, values)?;
     }
+    let events: Vec<(usize, f64, PyState)> =
+        record.events.into_iter().map(|e| (e.event, e.time, PyState { inner: e.state })).collect();
+    dict.set_item("events", events)?;
+    dict.set_item("dense", record.dense.map(|inner| PyDense { inner }))?;
+    let (reason, event) = match record.stop_reason {
+        StopReason::Unfinished => ("unfinished", None),
+        StopReason::End => ("end", None),
+        StopReason::Event(index) => ("event", Some(index)),
+        StopReason::Interrupted => ("interrupted", None),
+    };
+    dict.set_item("stop_reason", (reason, event))?;
     Ok(dict)
 }

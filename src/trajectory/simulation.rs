@@ -52,6 +52,8 @@ impl Simulation {
         let inner = Inner::new(system.layout(), &system.masses(), state);
         let mut motion = Motion::new(system.dynamics(), &inner.high);
         motion.prepare(state.time, &inner.high, 0.0)?;
+        // What overflows is refused here: no step could be measured against it.
+        system.check_range(&motion.equations.energy(&inner.high, &state.velocity))?;
         let mover = Mover::new(integrator, &motion, &inner, state.time)?;
         Ok(Self { motion, inner, integrator, mover })
     }
