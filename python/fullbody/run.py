@@ -15,6 +15,7 @@ from .integrators import Verner98
 from .state import State
 
 if TYPE_CHECKING:
+    from .plots import Plots
     from .system import System
 
 __all__ = ["Run", "Statistics"]
@@ -188,6 +189,13 @@ class Run:
 
     def __iter__(self) -> Iterator[State]:
         return (self[k] for k in range(len(self)))
+
+    @property
+    def plot(self) -> Plots:
+        """Pictures: ``run.plot()`` for a page, ``run.plot.orbit()`` and others for one; see :mod:`fullbody.plots`."""
+        from .plots import Plots
+
+        return Plots(self)
 
     def to_xarray(self) -> Any:
         """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.

@@ -1,0 +1,35 @@
+"""Tait-Bryan angles against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._style import attitudes, check_samples, draw_angle, grid, legend, line, panels, time_label
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+_SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
+
+
+def angles(run: Run, axes: Any, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.angles`."""
+    check_samples(run)
+    names = run.system.names
+    flat, result = panels(axes, (len(names), 2), (9.0, 2.4 * len(names)))
+    time = run._record["time"]
+    for body, name in enumerate(names):
+        degrees = np.rad2deg(attitudes(run, body).tait_bryan)
+        left, right = flat[2 * body], flat[2 * body + 1]
+        for place, (ax, columns) in enumerate(((left, (0, 1)), (right, (2,)))):
+            for column in columns:
+                draw_angle(ax, time, degrees[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
+            ax.set_ylabel(", ".join(_SYMBOLS[c] for c in columns) + " [deg]")
+            ax.set_title(f"{name}, {('tilt', 'turn')[place]}", fontsize="medium", loc="left")
+            grid(ax)
+            legend(ax)
+    for ax in flat[-2:]:
+        time_label(ax, run)
+    return result
