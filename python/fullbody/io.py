@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ._files import replacing
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .errors import InvalidInput
 from .integrators import Verner98
@@ -72,17 +70,9 @@ def to_xarray(run: Run) -> Any:
 
 def save(run: Run, path: Any) -> None:
     """Write a run; see :meth:`fullbody.Run.save`."""
-    path = Path(path)
     dataset = run.to_xarray()
-    # A file of that name is either the old one or the whole new one, never half of it.
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    os.close(handle)
-    try:
+    with replacing(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def load(path: Any) -> Run:

@@ -15,8 +15,11 @@ from .integrators import Verner98
 from .state import State
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .plots import Plots
     from .system import System
+    from .view import View
 
 __all__ = ["Run", "Statistics"]
 
@@ -196,6 +199,68 @@ class Run:
         from .plots import Plots
 
         return Plots(self)
+
+    def animate(
+        self, path: Any, *, seconds: float = 10.0, fps: int = 20, size: Any = (6.4, 4.8), dpi: float = 100.0
+    ) -> Path:
+        """Write a film of the tumbling bodies.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in ``.mp4`` (needs the program ffmpeg), ``.gif`` or ``.html`` (one page, works offline).
+        seconds : float
+            Length of the film.
+        fps : int
+            Pictures a second. They are samples of the run, so an even spacing
+            (``output=``) with at least ``seconds * fps`` samples gives a smooth film.
+        size : (float, float)
+            Width and height in inches.
+        dpi : float
+            Dots an inch.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InvalidInput
+            For another ending, or a run without samples.
+        FullbodyError
+            Where ffmpeg is needed and missing.
+
+        Warns
+        -----
+        UserWarning
+            Where a body makes more than half a turn between two pictures.
+        """
+        from .plots.animation import animate
+
+        return animate(self, path, seconds=seconds, fps=fps, size=size, dpi=dpi)
+
+    def view(self, *, samples: int = 20000) -> View:
+        """An interactive picture in 3D, for Jupyter or as one HTML file; no server, no network.
+
+        Parameters
+        ----------
+        samples : int
+            At most so many samples of the run, even in time.
+
+        Returns
+        -------
+        fullbody.view.View
+            Shows itself in Jupyter; ``.save_html(path)`` writes the page.
+
+        Warns
+        -----
+        UserWarning
+            Where a body makes more than half a turn between two samples.
+        """
+        from .view import View
+
+        return View(self, samples=samples)
 
     def to_xarray(self) -> Any:
         """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.

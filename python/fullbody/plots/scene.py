@@ -59,13 +59,22 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     return ax
 
 
-def draw_body(ax: Any, run: Run, body: int, index: int, centre: Array, name: str, kwargs: dict[str, Any]) -> list[Any]:
+def draw_body(
+    ax: Any,
+    run: Run,
+    body: int,
+    index: int,
+    centre: Array,
+    name: str,
+    kwargs: dict[str, Any],
+    mesh: tuple[int, int] = (37, 19),
+) -> list[Any]:
     """Surface and axes of a body at a sample; gives the artists."""
     axes = semi_axes(run, body)
     if axes is None:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = attitudes(run, body).rotation_matrix[index]
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 37), np.linspace(0.0, np.pi, 19))
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
     ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     x, y, z = np.moveaxis((ball * axes) @ matrix.T + centre, -1, 0)
     style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
