@@ -30,6 +30,7 @@ from .run import Run, Statistics
 from .simulation import Simulation
 from .state import State
 from .system import Energy, Interactions, System
+from .toml_setup import Setup, read_toml
 
 __version__ = _version("fullbody")
 
@@ -47,6 +48,7 @@ __all__ = [
     "NotConverged",
     "PointMass",
     "Run",
+    "Setup",
     "Simulation",
     "Sphere",
     "State",
@@ -56,6 +58,7 @@ __all__ = [
     "Verner98",
     "__version__",
     "load",
+    "read_toml",
     "systems",
     "vector_paths",
 ]

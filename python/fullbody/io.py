@@ -14,7 +14,7 @@ from .integrators import Verner98
 from .run import Run, Statistics
 from .system import System
 
-__all__ = ["load", "save", "to_xarray"]
+__all__ = ["load", "save", "to_pandas", "to_xarray"]
 
 #: Variables: dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -66,6 +66,32 @@ def to_xarray(run: Run) -> Any:
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         },
     )
+
+
+def to_pandas(run: Run) -> Any:
+    """The run as a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
+    import pandas as pd
+
+    units = run.system._units
+    columns, values, named = [], [], {}
+    for name, (dims, dimension, _) in _VARIABLES.items():
+        rows = run._record[name]
+        values.append(rows.reshape(len(rows), -1))
+        bodies = run.system.names if "body" in dims else ("",)
+        columns += [(name, body, part) for body in bodies for part in _COORDINATES[dims[-1]]]
+        if dimension and units.known:
+            named[name] = str(units.unit(dimension))
+    if units.known:
+        named["time"] = str(units.unit("time"))
+    frame = pd.DataFrame(
+        np.concatenate(values, axis=1),
+        index=pd.Index(run._record["time"], name="time"),
+        columns=pd.MultiIndex.from_tuples(columns, names=["quantity", "body", "component"]),
+    )
+    # Sorted, since pandas warns of slow look-ups otherwise.
+    frame = frame.sort_index(axis=1)
+    frame.attrs["units"] = named
+    return frame
 
 
 def save(run: Run, path: Any) -> None:

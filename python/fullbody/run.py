@@ -273,6 +273,27 @@ class Run:
 
         return to_xarray(self)
 
+    def to_pandas(self) -> Any:
+        """The run as a ``pandas.DataFrame``: a row a sample, a column a number.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns are (quantity, body, component), the index is the time; ``.attrs["units"]`` names the units where
+            the system has them.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> frame = system.integrate(state, 10.0, output=5.0).to_pandas()
+        >>> frame["position", "A", "x"].round(3).to_list()
+        [-4.0, -3.607, -2.444]
+        """
+        from .io import to_pandas
+
+        return to_pandas(self)
+
     def save(self, path: Any) -> None:
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
 
@@ -291,6 +312,11 @@ class Run:
         return same and self.system == other.system and self.statistics == other.statistics
 
     __hash__ = None  # type: ignore[assignment]
+
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_run(self), tables.of_system(self.system), tables.of_bodies(self.system))
 
     def __repr__(self) -> str:
         if len(self) == 0:

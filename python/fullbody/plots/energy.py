@@ -20,13 +20,17 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     check_samples(run)
     ax = single(ax, (7.0, 3.2))
     time = run._record["time"]
-    drifts = (
-        ("energy / total", run.energy_drift),
-        ("energy / orbital", run.energy_drift_orbital),
-        ("angular momentum", run.angular_momentum_drift),
-    )
+    # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        drifts = (
+            ("energy / total", run.energy_drift),
+            ("energy / orbital", run.energy_drift_orbital),
+            ("angular momentum", run.angular_momentum_drift),
+        )
     largest = _FLOOR
     for place, (name, drift) in enumerate(drifts):
+        if not np.isfinite(drift).all():
+            continue
         size = np.abs(drift)
         largest = max(largest, float(size.max()))
         size[size == 0.0] = np.nan

@@ -1,0 +1,5 @@
+"""``python -m fullbody``."""
+
+from .cli import main
+
+raise SystemExit(main())

@@ -1,0 +1,1 @@
+"""The subcommands of ``fullbody``: one file each, with ``register(subparsers)``."""
