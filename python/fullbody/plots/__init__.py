@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -97,12 +98,17 @@ class Plots:
 
         return elements(self._run, axes, mu=mu, primary=primary, secondary=secondary, **kwargs)
 
-    def spins(self, axes: Any = None, *, frame: str = "body", **kwargs: Any) -> Any:
+    def spins(
+        self, axes: Any = None, *, bodies: Sequence[int] | None = None, frame: str = "body", **kwargs: Any
+    ) -> Any:
         """Angular velocities against time, a panel a body.
 
         Parameters
         ----------
-        axes : array of N matplotlib Axes, optional
+        axes : array of matplotlib Axes, optional
+            One for each of the bodies.
+        bodies : sequence of int, optional
+            Places in the system; all of them without it.
         frame : {"body", "inertial"}
             The frame of the components.
         **kwargs
@@ -110,28 +116,31 @@ class Plots:
 
         Returns
         -------
-        ndarray of Axes, (N,), or the axes given
+        ndarray of Axes, (number of bodies,), or the axes given
         """
         from .spins import spins
 
-        return spins(self._run, axes, frame=frame, **kwargs)
+        return spins(self._run, axes, bodies=bodies, frame=frame, **kwargs)
 
-    def angles(self, axes: Any = None, **kwargs: Any) -> Any:
+    def angles(self, axes: Any = None, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
         """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
 
         Parameters
         ----------
-        axes : array of N x 2 matplotlib Axes, optional
+        axes : array of matplotlib Axes, optional
+            Two for each of the bodies.
+        bodies : sequence of int, optional
+            Places in the system; all of them without it.
         **kwargs
             To ``Axes.plot``.
 
         Returns
         -------
-        ndarray of Axes, (N, 2), or the axes given
+        ndarray of Axes, (number of bodies, 2), or the axes given
         """
         from .angles import angles
 
-        return angles(self._run, axes, **kwargs)
+        return angles(self._run, axes, bodies=bodies, **kwargs)
 
     def energy(self, ax: Any = None, **kwargs: Any) -> Any:
         """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,10 +19,10 @@ Array = npt.NDArray[np.float64]
 #: Okabe and Ito's colours in an order of clearly different lightness, each with its own dashes.
 LINES: tuple[dict[str, Any], ...] = (
     {"color": "#0072B2", "linestyle": "-"},
-    {"color": "#D55E00", "linestyle": (0, (5, 1.5))},
+    {"color": "#E69F00", "linestyle": (0, (5, 1.5))},
     {"color": "#000000", "linestyle": (0, (1, 1.2))},
     {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5))},
-    {"color": "#CC79A7", "linestyle": (0, (8, 2))},
+    {"color": "#D55E00", "linestyle": (0, (8, 2))},
     {"color": "#56B4E9", "linestyle": (0, (3, 1.5, 1, 1.5, 1, 1.5))},
 )
 
@@ -72,23 +73,24 @@ def legend(ax: Any, columns: int = 3) -> None:
         handlelength=2.6,
         columnspacing=1.2,
         borderaxespad=0.1,
-        markerscale=5.0,
+        markerscale=3.0,
     )
 
 
-def steady(ax: Any, values: Array) -> None:
-    """Where a curve is level but for round-off, show it as level: the ticks would count digits."""
-    low, high = float(np.min(values)), float(np.max(values))
+def steady(ax: Any) -> None:
+    """Where all curves are level but for round-off, show them as level: the ticks would count digits."""
+    low, high = ax.dataLim.intervaly
     size = max(abs(low), abs(high), 1e-6)
     if high - low < 1e-8 * size:
-        ax.set_ylim(low - 0.02 * size, high + 0.02 * size)
+        # Curves drawn later may still change the limits.
+        ax.set_ylim(low - 0.02 * size, high + 0.02 * size, auto=True)
 
 
 def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
     """Draw an angle of any branch: no stroke across the jump of a full turn, dots where it goes round very often."""
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > 180.0) + 1
     if len(jumps) > _TURNS_AS_LINE:
-        dots = {"linestyle": "none", "marker": ".", "markersize": 1.5, "markeredgewidth": 0.0}
+        dots = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
         kept = {key: value for key, value in style.items() if key not in ("linestyle", "ls")}
         return ax.plot(time, degrees, **{**dots, **kept})[0]
     return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
@@ -123,6 +125,16 @@ def check_body(run: Run, index: int, what: str) -> int:
     if not isinstance(index, int) or not -count <= index < count:
         raise InvalidInput(f"{what} is {index!r}; expected a body's place, 0 to {count - 1}")
     return index % count
+
+
+def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
+    """Places of the bodies to draw."""
+    if bodies is None:
+        return list(range(len(run.system)))
+    places = [check_body(run, body, "one of bodies") for body in bodies]
+    if not places:
+        raise InvalidInput("bodies is empty; expected at least one place")
+    return places
 
 
 def check_samples(run: Run) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import attitudes, check_samples, draw_angle, grid, legend, line, panels, time_label
+from ._style import attitudes, check_samples, chosen, draw_angle, grid, legend, line, panels, time_label
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -14,20 +15,20 @@ if TYPE_CHECKING:
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 
 
-def angles(run: Run, axes: Any, **kwargs: Any) -> Any:
+def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.angles`."""
     check_samples(run)
-    names = run.system.names
-    flat, result = panels(axes, (len(names), 2), (9.0, 2.4 * len(names)))
+    places = chosen(run, bodies)
+    flat, result = panels(axes, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
     time = run._record["time"]
-    for body, name in enumerate(names):
+    for row, body in enumerate(places):
         degrees = np.rad2deg(attitudes(run, body).tait_bryan)
-        left, right = flat[2 * body], flat[2 * body + 1]
+        left, right = flat[2 * row], flat[2 * row + 1]
         for place, (ax, columns) in enumerate(((left, (0, 1)), (right, (2,)))):
             for column in columns:
                 draw_angle(ax, time, degrees[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
             ax.set_ylabel(", ".join(_SYMBOLS[c] for c in columns) + " [deg]")
-            ax.set_title(f"{name}, {('tilt', 'turn')[place]}", fontsize="medium", loc="left")
+            ax.set_title(f"{run.system.names[body]}, {('tilt', 'turn')[place]}", fontsize="medium", loc="left")
             grid(ax)
             legend(ax)
     for ax in flat[-2:]:

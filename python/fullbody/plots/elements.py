@@ -54,7 +54,7 @@ def elements(
             ax.set_ylabel(f"{symbol} [deg]")
         ax.set_title(text, fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
-        steady(ax, value if name in "ae" else np.rad2deg(value))
+        steady(ax)
         grid(ax)
     for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:
         time_label(ax, run)

@@ -27,16 +27,15 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
             ("energy / orbital", run.energy_drift_orbital),
             ("angular momentum", run.angular_momentum_drift),
         )
-    largest = _FLOOR
     for place, (name, drift) in enumerate(drifts):
         if not np.isfinite(drift).all():
             continue
         size = np.abs(drift)
-        largest = max(largest, float(size.max()))
         size[size == 0.0] = np.nan
         ax.plot(time, size, **line(place, {"label": name, **kwargs}))
     ax.set_yscale("log")
-    ax.set_ylim(_FLOOR / 2, 10.0 * largest)
+    largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
+    ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))
     ax.set_ylabel("|relative drift|")
     grid(ax)
     legend(ax)

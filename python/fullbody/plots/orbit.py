@@ -27,7 +27,7 @@ def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs
     names = run.system.names
     for place, body in enumerate(k for k in range(len(names)) if k != primary):
         path = position[:, body] - position[:, primary]
-        style = line(place, {"label": names[body], **kwargs})
+        style = line(place, {"linewidth": 0.9, "label": names[body], **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     if shapes:
         for body in range(len(names)):

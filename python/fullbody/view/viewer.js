@@ -4,7 +4,7 @@
 // Seconds that a whole run takes at speed 1.
 const SECONDS = 30;
 const COLOURS = [[0.45, 0.68, 0.85], [0.95, 0.65, 0.4], [0.75, 0.75, 0.75], [0.5, 0.75, 0.6], [0.85, 0.65, 0.75]];
-const AXES = [[0, 0.447, 0.698], [0.835, 0.369, 0], [0, 0, 0]];
+const AXES = [[0, 0.447, 0.698], [0.902, 0.624, 0], [0, 0, 0]];
 const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 turn; uniform vec3 axes, centre;
 varying vec3 normal; varying vec3 ball;
 void main() { ball = point; normal = turn * (point / axes);

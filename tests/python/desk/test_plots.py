@@ -120,6 +120,18 @@ def test_spins_in_both_frames(kw4_run):
     assert np.allclose([line.get_ydata()[7] for line in turned], expected, rtol=0, atol=1e-15)
 
 
+def test_some_bodies_only(triple_run):
+    _, ax = plt.subplots()
+    triple_run.plot.spins(axes=ax, bodies=[1])
+    assert ax.get_title(loc="left") == "body 1, body frame"
+    assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
+    assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 2)
+    with pytest.raises(fullbody.InvalidInput, match="one of bodies is 3; expected a body's place, 0 to 2"):
+        triple_run.plot.spins(bodies=[3])
+    with pytest.raises(fullbody.InvalidInput, match="bodies is empty"):
+        triple_run.plot.angles(bodies=[])
+
+
 def test_angles_are_the_states_tait_bryan_angles(case1_run):
     axes = case1_run.plot.angles()
     expected = np.rad2deg([state.tait_bryan for state in case1_run])
@@ -225,6 +237,26 @@ def test_given_axes_are_used_and_returned(kw4_run, triple_run):
     assert kw4_run.plot.scene(ax=ax, alpha=0.5) is ax
     figure = plt.figure(figsize=(12, 10), layout="constrained")
     assert kw4_run.plot(figure) is figure
+
+
+@pytest.mark.parametrize("first", ["points", "ellipsoids"])
+def test_two_runs_fit_on_the_same_axes(kw4_run, first):
+    """Elements of points are level; beside them those of ellipsoids are all in view, whichever is drawn first."""
+    points = kw4_run.system.with_options(gravity="point").integrate(kw4_run[0], 50.0, output=0.5)
+    runs = [points, kw4_run] if first == "points" else [kw4_run, points]
+    axes = runs[0].plot.elements()
+    runs[1].plot.elements(axes=axes)
+    e = kw4_run.elements().e
+    low, high = axes[0, 1].get_ylim()
+    assert low <= e.min() < e.max() <= high < 2 * e.max()
+    ax = runs[1].plot.energy(ax=runs[0].plot.energy())
+    assert ax.get_ylim()[1] > max(run.energy_drift_orbital.max() for run in runs)
+
+
+def test_level_curves_are_shown_as_level(case1_run):
+    """Case 1 stays in its plane: the inclination's ticks do not count digits of 180 degrees."""
+    low, high = case1_run.plot.elements()[1, 0].get_ylim()
+    assert high - low > 1.0
 
 
 def test_bad_requests_are_named(kw4_run):
