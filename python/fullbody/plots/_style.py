@@ -29,6 +29,12 @@ LINES: tuple[dict[str, Any], ...] = (
 #: An angle that goes round more often than this in one panel is drawn as dots.
 _TURNS_AS_LINE = 25
 
+#: A change from sample to sample that is a full turn, or the half turn of phi and psi at theta = 90 degrees.
+_JUMP = 170.0
+
+#: Names longer than this would run into what stands beside them.
+_NAME = 12
+
 
 def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
     """The style of the index-th line, the caller's wishes on top."""
@@ -51,6 +57,17 @@ def label(run: Run, text: str, dimension: str) -> str:
     return f"{text} [{name}]" if name else f"{text} [system units]"
 
 
+def short(name: str) -> str:
+    """A body's name, cut where it is long."""
+    return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
+
+
+def joined(run: Run) -> str:
+    """The bodies' names as a phrase."""
+    *names, last = (short(name) for name in run.system.names)
+    return f"{', '.join(names)} and {last}" if names else last
+
+
 def time_label(ax: Any, run: Run) -> None:
     """Name the time axis."""
     ax.set_xlabel(label(run, "time", "time"))
@@ -70,8 +87,9 @@ def legend(ax: Any, columns: int = 3) -> None:
         ncols=columns,
         frameon=False,
         fontsize="small",
-        handlelength=2.6,
-        columnspacing=1.2,
+        handlelength=2.2,
+        handletextpad=0.5,
+        columnspacing=0.8,
         borderaxespad=0.1,
         markerscale=3.0,
     )
@@ -80,15 +98,16 @@ def legend(ax: Any, columns: int = 3) -> None:
 def steady(ax: Any) -> None:
     """Where all curves are level but for round-off, show them as level: the ticks would count digits."""
     low, high = ax.dataLim.intervaly
-    size = max(abs(low), abs(high), 1e-6)
-    if high - low < 1e-8 * size:
+    size = max(abs(low), abs(high))
+    # Curves of zeros get limits from matplotlib.
+    if size > 0.0 and high - low < 1e-8 * size:
         # Curves drawn later may still change the limits.
         ax.set_ylim(low - 0.02 * size, high + 0.02 * size, auto=True)
 
 
 def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
     """Draw an angle of any branch: no stroke across the jump of a full turn, dots where it goes round very often."""
-    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > 180.0) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
     if len(jumps) > _TURNS_AS_LINE:
         dots = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
         kept = {key: value for key, value in style.items() if key not in ("linestyle", "ls")}

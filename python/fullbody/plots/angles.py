@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import attitudes, check_samples, chosen, draw_angle, grid, legend, line, panels, time_label
+from ._style import attitudes, check_samples, chosen, draw_angle, grid, legend, line, panels, short, time_label
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -24,11 +24,11 @@ def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs
     for row, body in enumerate(places):
         degrees = np.rad2deg(attitudes(run, body).tait_bryan)
         left, right = flat[2 * row], flat[2 * row + 1]
-        for place, (ax, columns) in enumerate(((left, (0, 1)), (right, (2,)))):
+        for ax, columns in ((left, (0, 1)), (right, (2,))):
             for column in columns:
                 draw_angle(ax, time, degrees[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
             ax.set_ylabel(", ".join(_SYMBOLS[c] for c in columns) + " [deg]")
-            ax.set_title(f"{run.system.names[body]}, {('tilt', 'turn')[place]}", fontsize="medium", loc="left")
+            ax.set_title(short(run.system.names[body]), fontsize="medium", loc="left")
             grid(ax)
             legend(ax)
     for ax in flat[-2:]:

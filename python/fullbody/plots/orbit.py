@@ -7,7 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ._style import LINES, Array, attitudes, check_body, check_samples, grid, label, legend, line, semi_axes, single
+from ._style import (
+    LINES,
+    Array,
+    attitudes,
+    check_body,
+    check_samples,
+    grid,
+    label,
+    legend,
+    line,
+    semi_axes,
+    short,
+    single,
+)
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -27,14 +40,14 @@ def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs
     names = run.system.names
     for place, body in enumerate(k for k in range(len(names)) if k != primary):
         path = position[:, body] - position[:, primary]
-        style = line(place, {"linewidth": 0.9, "label": names[body], **kwargs})
+        style = line(place, {"linewidth": 0.9, "label": short(names[body]), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     if shapes:
         for body in range(len(names)):
             end = (position[-1, body] - position[-1, primary])[[across, up]]
             _outline(ax, run, body, end, [across, up])
     ax.set_aspect("equal", adjustable="datalim")
-    about = f"from {names[primary]}"
+    about = f"from {short(names[primary])}"
     ax.set_xlabel(label(run, f"{plane[0]} {about}", "length"))
     ax.set_ylabel(label(run, f"{plane[1]} {about}", "length"))
     grid(ax)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._units import scalar
-from ._style import LINES, Array, attitudes, barycentric, check_samples, label, line, semi_axes, unit
+from ._style import LINES, Array, attitudes, barycentric, check_samples, label, line, semi_axes, short, unit
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -35,7 +35,8 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
         ax = plt.figure(figsize=(7.0, 5.2)).add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
     index = nearest(run, time)
     centres = barycentric(run)
-    for body, name in enumerate(run.system.names):
+    names = [short(name) for name in run.system.names]
+    for body, name in enumerate(names):
         if path:
             style = line(body, {"color": "0.45", "linewidth": 0.8})
             ax.plot(*centres[: index + 1, body].T, **style)
@@ -43,15 +44,14 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     frame(ax, run, centres)
     value, name = run._record["time"][index], unit(run, "time")
     ax.set_title(f"time {value:.6g}{' ' + name if name else ''}", fontsize="medium")
-    names = list(run.system.names)
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
     ax.legend(
         [entries[name] for name in order],
         order,
         loc="lower center",
-        bbox_to_anchor=(0.5, -0.04),
-        ncols=len(order),
+        bbox_to_anchor=(0.5, -0.06),
+        ncols=len(order) if len(order) < 6 else (len(order) + 1) // 2,
         frameon=False,
         fontsize="small",
         handlelength=2.6,

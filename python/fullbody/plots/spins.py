@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ._style import attitudes, check_samples, chosen, grid, label, legend, line, panels, steady, time_label
+from ._style import attitudes, check_samples, chosen, grid, label, legend, line, panels, short, steady, time_label
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -29,7 +29,7 @@ def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: st
         for component, letter in enumerate("xyz"):
             ax.plot(time, spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
         ax.set_ylabel(label(run, "spin", "spin"))
-        ax.set_title(f"{run.system.names[body]}, {frame} frame", fontsize="medium", loc="left")
+        ax.set_title(f"{short(run.system.names[body])}, {frame} frame", fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
         steady(ax)
         grid(ax)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._style import check_samples
+from ._style import check_samples, joined
 from .angles import angles
 from .elements import elements
 from .energy import energy
@@ -39,7 +39,7 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
     figure.align_ylabels()
     options, s = run.system.options, run.statistics
     figure.suptitle(
-        f"{' and '.join(run.system.names)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
+        f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
         f"{s.steps} steps, {len(run)} samples",
         fontsize="medium",
     )

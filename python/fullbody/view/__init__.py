@@ -13,7 +13,7 @@ import numpy as np
 
 from .._files import replacing
 from ..errors import InvalidInput
-from ..plots._style import barycentric, check_samples, semi_axes, unit
+from ..plots._style import barycentric, check_samples, joined, semi_axes, unit
 from ..plots.sampling import evenly, warn_if_aliased
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class View:
         places = np.arange(len(run)) if len(run) <= samples else evenly(run, samples)
         warn_if_aliased(run, places)
         self._height = height
-        self._title = " and ".join(run.system.names)
+        self._title = joined(run)
         self._data = {
             "names": list(run.system.names),
             "axes": [None if (axes := semi_axes(run, k)) is None else list(axes) for k in range(len(run.system))],
@@ -91,9 +91,12 @@ class View:
 
     def _repr_html_(self) -> str:
         page = html.escape(self.to_html(), quote=True)
+        # A notebook that is not trusted shows the text alone; otherwise the picture lies on it.
         return (
+            '<div style="height:1.6em;line-height:1.6em">Interactive view: run this cell, or trust the notebook.</div>'
             f'<iframe srcdoc="{page}" sandbox="allow-scripts" title="{html.escape(self._title)}" '
-            f'style="width:100%;height:{self._height}px;border:1px solid #ccc"></iframe>'
+            'style="position:relative;display:block;margin-top:-1.6em;box-sizing:border-box;'
+            f'width:100%;height:{self._height}px;border:1px solid #ccc;background:#fff"></iframe>'
         )
 
     def __repr__(self) -> str:

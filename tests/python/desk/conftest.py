@@ -35,7 +35,7 @@ def triple_run():
     bodies = [
         fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass=10.0, name="big"),
         fullbody.Body(fullbody.Sphere(0.2), mass=0.1),
-        fullbody.Body(fullbody.PointMass(), mass=0.01, name="far"),
+        fullbody.Body(fullbody.PointMass(), mass=0.01, name="a name as long as this"),
     ]
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State(

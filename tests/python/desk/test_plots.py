@@ -31,7 +31,13 @@ def text_boxes(figure):
     renderer = figure.canvas.get_renderer()
     texts = [text for ax in figure.axes for text in texts_of(ax) if text.get_text().strip()]
     texts += [figure._suptitle] if figure._suptitle else []
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
+    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
+    # A legend's lines count too, beside the titles.
+    legends = [(ax, ax.get_legend()) for ax in figure.axes if ax.get_legend()]
+    for ax, legend in legends:
+        handles = legend.legend_handles[0].get_window_extent(renderer)
+        boxes += [(f"lines of the legend of {ax.get_title(loc='left')}", handles)] if handles.width > 0 else []
+    return boxes
 
 
 def overlapping(figure):
@@ -83,7 +89,7 @@ def test_orbit_of_three_is_about_the_body_asked_for(triple_run):
     ax = triple_run.plot.orbit(primary=2, shapes=False)
     assert [line.get_label() for line in ax.lines] == ["big", "body 1"]
     assert np.array_equal(ax.lines[1].get_xdata(), (triple_run.position[:, 1] - triple_run.position[:, 2])[:, 0])
-    assert ax.get_xlabel() == "x from far [system units]"
+    assert ax.get_xlabel() == "x from a name as l… [system units]"
 
 
 def test_elements_are_the_runs(kw4_run):
@@ -210,6 +216,7 @@ def test_single_plots_are_legible_and_labelled(name, which, request):
 def test_scenes_are_legible(which, request):
     ax = request.getfixturevalue(which).plot.scene()
     assert cut(ax.figure) == []
+    assert overlapping(ax.figure) == []
     assert ax.get_zlabel().startswith("z [")
 
 
@@ -251,6 +258,15 @@ def test_two_runs_fit_on_the_same_axes(kw4_run, first):
     assert low <= e.min() < e.max() <= high < 2 * e.max()
     ax = runs[1].plot.energy(ax=runs[0].plot.energy())
     assert ax.get_ylim()[1] > max(run.energy_drift_orbital.max() for run in runs)
+
+
+def test_angles_do_not_stroke_across_the_pole(triple_run):
+    """A sphere that turns about y: phi and psi flip by half a turn where theta passes 90 degrees."""
+    axes = triple_run.plot.angles(bodies=[1])
+    phi, theta = axes[0, 0].lines
+    assert np.nanmax(np.abs(np.diff(phi.get_ydata()))) < 1.0
+    assert np.isnan(phi.get_ydata()).sum() == 2
+    assert np.nanmax(theta.get_ydata()) > 80.0
 
 
 def test_level_curves_are_shown_as_level(case1_run):
