@@ -11,7 +11,7 @@ Examples
 
 from importlib.metadata import version as _version
 
-from . import systems
+from . import frames, observables, systems
 from ._core import vector_paths
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
@@ -19,6 +19,7 @@ from .errors import (
     BodiesOverlap,
     ChartSingularity,
     FullbodyError,
+    InconsistentInput,
     Interrupted,
     InvalidInput,
     NotConverged,
@@ -26,6 +27,8 @@ from .errors import (
 )
 from .integrators import Verner98
 from .io import load
+from .pair import Component, binary
+from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .run import Run, Statistics
 from .simulation import Simulation
 from .state import State
@@ -38,9 +41,11 @@ __all__ = [
     "BodiesOverlap",
     "Body",
     "ChartSingularity",
+    "Component",
     "Ellipsoid",
     "Energy",
     "FullbodyError",
+    "InconsistentInput",
     "Interactions",
     "Interrupted",
     "InvalidInput",
@@ -57,8 +62,15 @@ __all__ = [
     "System",
     "Verner98",
     "__version__",
+    "binary",
+    "frames",
+    "from_rebound",
     "load",
+    "observables",
+    "read_gubas",
+    "read_sians",
     "read_toml",
     "systems",
+    "to_rebound",
     "vector_paths",
 ]

@@ -8,6 +8,18 @@ import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
 
+__all__ = [
+    "Body",
+    "Simulation",
+    "State",
+    "System",
+    "cartesian_to_elements",
+    "elements_to_cartesian",
+    "exterior_gravity",
+    "period",
+    "vector_paths",
+]
+
 @final
 class Body:
     def __new__(
@@ -72,6 +84,8 @@ class Simulation:
     def statistics(self) -> tuple[int, int, int]: ...
     @property
     def rules(self) -> list[tuple[int, int, int, int, tuple[int, int]]]: ...
+    def time_evaluation(self, number: int, repeats: int) -> float: ...
+    def time_interaction(self, number: int, repeats: int) -> float: ...
     def step(self, end: float) -> None: ...
     def integrate(
         self,

@@ -273,5 +273,7 @@ class Body:
         if array.ndim not in (1, 2) or array.shape[-1] != 3:
             raise InvalidInput(f"points has shape {array.shape}; expected (3,) or (K, 3)")
         constant = scalar(units.strip(G, "G", "G"), "G")
+        if not np.isfinite(constant):
+            raise InvalidInput(f"G is {G!r}; expected a finite number")
         potential, field = _core.exterior_gravity(self._core(units, 0), constant, np.atleast_2d(array))
         return (potential, field) if array.ndim == 2 else (potential[0], field[0])

@@ -133,6 +133,48 @@ class KeplerElements:
             columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
         return cls._trusted(columns)
 
+    def to_frame(self, target: Any, origin: Any = "ecliptic") -> KeplerElements:
+        """The same orbit with its angles referred to another frame.
+
+        Parameters
+        ----------
+        target, origin : str or astropy frame
+            The frame wanted and the one that the elements are in: ``"ecliptic"``, ``"equatorial"`` or any of astropy;
+            see :mod:`fullbody.frames`.
+
+        Returns
+        -------
+        KeplerElements
+
+        Raises
+        ------
+        InvalidInput
+            For a frame that astropy does not know.
+
+        Examples
+        --------
+        An orbit in the ecliptic is inclined to the equator by the obliquity.
+
+        >>> import fullbody, numpy as np
+        >>> orbit = fullbody.KeplerElements(a=2.0, e=0.1, i=0.0, Omega=0.0, omega=0.5, M=1.0)
+        >>> round(float(np.degrees(orbit.to_frame("equatorial").i)), 4)
+        23.4393
+        """
+        from .frames import turn
+
+        plain = KeplerElements._trusted([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
+        r, v = plain.to_cartesian(1.0)
+        turned = KeplerElements.from_cartesian(turn(r, origin, target), turn(v, origin, target), 1.0)
+        columns: list[Any] = [self.a, self.e]
+        for name in _ANGLES:
+            value, given = getattr(turned, name), getattr(self, name)
+            if is_quantity(given):
+                from astropy import units as u
+
+                value = (value * u.rad).to(given.unit)
+            columns.append(value)
+        return KeplerElements._trusted(columns)
+
     @classmethod
     def _trusted(cls, columns: list[Any]) -> KeplerElements:
         """Elements that the core has computed."""

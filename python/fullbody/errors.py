@@ -11,6 +11,7 @@ __all__ = [
     "BodiesOverlap",
     "ChartSingularity",
     "FullbodyError",
+    "InconsistentInput",
     "Interrupted",
     "InvalidInput",
     "NotConverged",
@@ -32,6 +33,10 @@ class FullbodyError(Exception):
 
 class InvalidInput(FullbodyError, ValueError):
     """An argument that describes nothing physical, has the wrong shape or the wrong unit."""
+
+
+class InconsistentInput(UserWarning):
+    """A warning: numbers given twice that differ a little, such as a period and a semi-major axis with the masses."""
 
 
 class BodiesOverlap(FullbodyError):

@@ -123,16 +123,27 @@ def load(path: Any) -> Run:
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
             dataset.load()
-        setup = json.loads(dataset.attrs["fullbody_setup"])
-        record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
-        counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+        return _run(dataset)
     except FileNotFoundError:
         raise
-    except (OSError, KeyError, ValueError) as error:
+    except KeyError as error:
+        raise InvalidInput(f"{path} is not a readable run of fullbody: it has no {error}") from error
+    except (OSError, TypeError, ValueError) as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: {error}") from error
+
+
+def _run(dataset: Any) -> Run:
+    """The run in a dataset."""
     if dataset.attrs["fullbody_format"] > _FORMAT:
-        raise InvalidInput(f"{path} was written by a newer fullbody, {dataset.attrs['fullbody_version']}")
-    system, integrator = _restore(setup)
+        raise InvalidInput(f"a newer fullbody wrote it, {dataset.attrs['fullbody_version']}")
+    system, integrator = _restore(json.loads(dataset.attrs["fullbody_setup"]))
+    counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+    record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
+    sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
+    for name, (dims, _, _) in _VARIABLES.items():
+        expected = (len(record["time"]), *(sizes[dim] for dim in dims))
+        if record[name].shape != expected:
+            raise InvalidInput(f"{name} has shape {record[name].shape}; expected {expected}")
     return Run(system, record, counts, integrator)
 
 

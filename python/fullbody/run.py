@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from .elements import KeplerElements
+from .errors import InvalidInput
 from .integrators import Verner98
 from .state import State
 
@@ -42,7 +43,8 @@ class Statistics:
 class Run:
     """What an integration recorded; K samples of N bodies.
 
-    ``run[k]`` is a :class:`State`. Arrays are read-only views; Quantities where the system has units.
+    ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run`.
+    Arrays are read-only views; Quantities where the system has units.
 
     Attributes
     ----------
@@ -72,6 +74,15 @@ class Run:
     def time(self) -> Any:
         """Times (K,)."""
         return self._get("time", "time")
+
+    @property
+    def dates(self) -> Any:
+        """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
+        if self.system.epoch is None:
+            raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
+        from astropy import units as u
+
+        return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
 
     @property
     def position(self) -> Any:
@@ -166,6 +177,7 @@ class Run:
         (11,)
         """
         units = self.system._units
+        primary, secondary = self.system._place(primary), self.system._place(secondary)
         mu = self.system.mu(primary, secondary) if mu is None else mu
         number = float(units.strip(mu, "mu", "mu"))
         position, velocity = self._record["position"], self._record["velocity"]
@@ -182,7 +194,14 @@ class Run:
     def __len__(self) -> int:
         return len(self._record["time"])
 
-    def __getitem__(self, index: int) -> State:
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> Run: ...
+    def __getitem__(self, index: int | slice) -> State | Run:
+        if isinstance(index, slice):
+            record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
+            return Run(self.system, record, self.statistics, self.integrator)
         r = self._record
         core = _core.State(
             float(r["time"][index]),

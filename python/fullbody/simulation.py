@@ -82,6 +82,25 @@ class Simulation:
             for i, j, k, points, order in self._core.rules
         ]
 
+    def time_interaction(self, number: int = 1000, repeats: int = 5) -> float:
+        """Shortest time of one interaction of the first pair at the present state, seconds; for benchmarks.
+
+        Parameters
+        ----------
+        number, repeats : int
+            Evaluations in a measurement, and measurements of which the shortest counts.
+        """
+        return self._core.time_interaction(number, repeats)
+
+    def time_evaluation(self, number: int = 1000, repeats: int = 5) -> float:
+        """Shortest time of one evaluation of all rates of change at the present state, seconds; for benchmarks.
+
+        Parameters
+        ----------
+        number, repeats : int
+        """
+        return self._core.time_evaluation(number, repeats)
+
     def step(self, until: Any = float("inf")) -> None:
         """Take one accepted step towards a time, never beyond it."""
         end = scalar(self._system._units.strip(until, "time", "until"), "until")
@@ -97,7 +116,7 @@ class Simulation:
         ----------
         until : float or Quantity
         output : None, float, Quantity or array_like
-        progress : bool or callable
+        progress : bool, str or callable
 
         Returns
         -------
@@ -150,7 +169,8 @@ class _Bar:
         from tqdm.auto import tqdm
 
         layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
-        self._bar = tqdm(total=1.0, bar_format=layout)
+        label = self._progress if isinstance(self._progress, str) else None
+        self._bar = tqdm(total=1.0, desc=label, bar_format=layout)
         return self._update
 
     def _update(self, start: float, time: float, end: float) -> None:

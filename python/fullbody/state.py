@@ -58,7 +58,7 @@ class State:
     ) -> None:
         values, self._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
         if attitude is None:
-            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(values["position"]), 1))
+            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(values["position"])), 1))
         self._core = _core.State(
             scalar(values["time"], "time"),
             values["position"],

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from . import _core
+from . import _core, _epoch
 from ._units import Units, scalar
 from .bodies import Body
-from .errors import InvalidInput
+from .errors import FullbodyError, InvalidInput
 from .integrators import Verner98
 from .state import State
 
@@ -77,6 +77,10 @@ class System:
     vector_path : {"auto", "portable", "avx2", "avx512"}
         Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
         every machine.
+    epoch : astropy Time or str, optional
+        The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
+    frame : str, optional
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, and not used in computing.
 
     Raises
     ------
@@ -104,6 +108,8 @@ class System:
         units: tuple[object, object, object] | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
         vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
+        epoch: Any = None,
+        frame: str | None = None,
     ) -> None:
         self._units = Units(units)
         try:
@@ -125,13 +131,19 @@ class System:
             "order": order,
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
+            "epoch": None if epoch is None else _epoch.to_text(epoch),
+            "frame": frame,
         }
+        if frame is not None and not isinstance(frame, str):
+            raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
         try:
             self._core = _core.System(
                 core, self._G, gravity, float(gravity_tolerance), order, attitude_chart, vector_path
             )
-        except (TypeError, OverflowError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
+            if isinstance(error, FullbodyError):
+                raise
             raise InvalidInput(f"an option of the system has the wrong type: {error}") from error
 
     @property
@@ -155,6 +167,26 @@ class System:
         return self._units.names
 
     @property
+    def epoch(self) -> Any:
+        """The date of time zero as an ``astropy.time.Time``, or ``None``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1(epoch="2022-09-26T12:00:00 TDB")
+        >>> system.epoch.jd
+        np.float64(2459849.0)
+        """
+        text = self._options["epoch"]
+        return None if text is None else _epoch.to_time(text)
+
+    @property
+    def frame(self) -> str | None:
+        """The name of the inertial frame, if one was given."""
+        name: str | None = self._options["frame"]
+        return name
+
+    @property
     def options(self) -> dict[str, Any]:
         """The method and its settings."""
         return dict(self._options)
@@ -176,7 +208,13 @@ class System:
             Places in :attr:`bodies`.
         """
         masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
-        return self._units.attach(self._G * (masses[i] + masses[j]), "mu")
+        return self._units.attach(self._G * (masses[self._place(i)] + masses[self._place(j)]), "mu")
+
+    def _place(self, index: int) -> int:
+        """A place in the system, or an error that says how many there are."""
+        if not isinstance(index, int) or not 0 <= index < len(self._bodies):
+            raise InvalidInput(f"place of a body is {index!r}; expected a whole number below {len(self._bodies)}")
+        return index
 
     def with_options(self, **options: Any) -> System:
         """The same bodies and G with other settings.
@@ -265,8 +303,8 @@ class System:
             ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
             times.
         integrator : Verner98, optional
-        progress : bool or callable
-            ``True`` for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+        progress : bool, str or callable
+            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
 
         Returns
         -------

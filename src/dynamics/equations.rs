@@ -6,7 +6,8 @@ use crate::math::compensated::{two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Pair, Pose};
 
-/// Nearest that the Tait-Bryan chart may come to its pole, as |cos theta|.
+/// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
+/// times that is the end of the chart.
 const POLE: f64 = 1e-4;
 
 /// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
@@ -59,8 +60,9 @@ impl Dynamics {
         self.turn(y);
         if self.layout.chart == AttitudeChart::TaitBryan {
             for body in 0..self.layout.bodies {
-                let cos_theta = y[self.layout.attitude(body) + 1].cos().abs();
-                if cos_theta < POLE {
+                // Positive to begin with; the sign tells a pole that was stepped over.
+                let cos_theta = y[self.layout.attitude(body) + 1].cos();
+                if cos_theta < 10.0 * POLE {
                     let body = self.system.bodies()[body].name.clone();
                     return Err(Error::ChartSingularity { body, time, cos_theta });
                 }
@@ -140,6 +142,9 @@ impl Dynamics {
                 }
                 AttitudeChart::TaitBryan => {
                     let angles = [y[a], y[a + 1], y[a + 2]];
+                    if angles[1].cos() < POLE {
+                        return Err(Rejected("an attitude reaches the pole of the Tait-Bryan angles"));
+                    }
                     rest[a - positions..a - positions + 3]
                         .copy_from_slice(&rotation::tait_bryan_rate(angles, spin));
                 }
@@ -234,6 +239,11 @@ impl Dynamics {
                 low[c] = carry;
             }
         }
+    }
+
+    /// Relative pose of the first two bodies.
+    pub fn first_pose(&self, y: &[f64]) -> Pose {
+        self.pose(y, 0, 1.min(self.layout.bodies - 1))
     }
 
     fn turn(&mut self, y: &[f64]) {

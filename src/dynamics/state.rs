@@ -29,6 +29,9 @@ impl State {
     ) -> Result<Self> {
         require_finite("time", &[time])?;
         let count = position.len();
+        if count == 0 {
+            return Err(Error::invalid("number of bodies in position", 0, "at least one"));
+        }
         for (what, length) in
             [("velocity", velocity.len()), ("attitude", attitude.len()), ("spin", spin.len())]
         {

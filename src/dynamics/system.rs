@@ -182,6 +182,11 @@ impl System {
             result.torque[j] += strength * f.torque_second;
             result.potential_energy += strength * pair.potential_energy(&pose);
         }
+        for (body, (force, torque)) in self.bodies.iter().zip(result.force.iter().zip(&result.torque)) {
+            in_range(&format!("force on {}", body.name), force.as_slice())?;
+            in_range(&format!("torque on {}", body.name), torque.as_slice())?;
+        }
+        in_range("potential energy", &[result.potential_energy])?;
         Ok(result)
     }
 
@@ -195,19 +200,25 @@ impl System {
             pair.prepare(&pose, 0.0)?;
             potential += self.strength(i, j) * pair.potential_energy(&pose);
         }
-        Ok(invariants::energy(self, state, potential))
+        let energy = invariants::energy(self, state, potential);
+        in_range("energy", &[energy.translational, energy.rotational, energy.potential, energy.total])?;
+        Ok(energy)
     }
 
     /// Total linear momentum, inertial.
     pub fn momentum(&self, state: &State) -> Result<Vec3> {
         self.check(state)?;
-        Ok(invariants::momentum(self, state))
+        let momentum = invariants::momentum(self, state);
+        in_range("momentum", momentum.as_slice())?;
+        Ok(momentum)
     }
 
     /// Total angular momentum about the origin, inertial.
     pub fn angular_momentum(&self, state: &State) -> Result<Vec3> {
         self.check(state)?;
-        Ok(invariants::angular_momentum(self, state))
+        let momentum = invariants::angular_momentum(self, state);
+        in_range("angular momentum", momentum.as_slice())?;
+        Ok(momentum)
     }
 
     /// G m_i m_j.
@@ -225,6 +236,16 @@ impl System {
         let s = &self.settings;
         let (first, second) = (gravity(&self.bodies[i]), gravity(&self.bodies[j]));
         Pair::new(first, second, s.gravity, s.gravity_tolerance, s.order, self.arch)
+    }
+}
+
+/// Refuses results that have left the range of doubles.
+fn in_range(what: &str, values: &[f64]) -> Result<()> {
+    match values.iter().find(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(value) => {
+            Err(Error::invalid(what, value, "a finite number; choose units that keep the numbers in range"))
+        }
     }
 }
 

@@ -10,64 +10,92 @@ use pulp::Scalar;
 /// A body's exterior gravity in its own frame.
 #[derive(Debug, Clone)]
 pub struct ExteriorField {
-    body: Body,
+    name: String,
     gm: f64,
+    /// Unit of length; the shape is in this unit.
+    unit: f64,
+    shape: Shape,
     series: FarSeries,
 }
+
+/// Distance in units of the body beyond which the monopole is all that a double can tell.
+const MONOPOLE_FROM: f64 = 1e9;
 
 impl ExteriorField {
     /// For a body and a gravitational constant.
     pub fn new(body: &Body, gravitational_constant: f64) -> Self {
+        let unit = body.shape.natural_unit();
+        let shape = body.shape.scaled(1.0 / unit);
         Self {
-            body: body.clone(),
+            name: body.name.clone(),
             gm: gravitational_constant * body.mass,
-            series: FarSeries::new(&body.shape),
+            unit,
+            series: FarSeries::new(&shape),
+            shape,
         }
     }
 
     /// Phi (positive) at a point of the body frame, outside or on the surface.
     pub fn potential(&self, point: &Vec3) -> Result<f64> {
-        Ok(self.evaluate(point)?.0)
+        Ok(self.checked(self.evaluate(point)?)?.0)
     }
 
     /// g = grad Phi at a point of the body frame, outside or on the surface.
     pub fn field(&self, point: &Vec3) -> Result<Vec3> {
-        Ok(self.evaluate(point)?.1)
+        Ok(self.checked(self.evaluate(point)?)?.1)
     }
 
     fn evaluate(&self, point: &Vec3) -> Result<(f64, Vec3)> {
-        require_finite("point", point.as_slice())?;
-        let (kernel, x, canonical) = match &self.body.shape {
-            Shape::Point => (None, *point, crate::math::Mat3::identity()),
-            Shape::Ellipsoid(e) => {
-                let gauge = point.component_div(&Vec3::from(e.semi_axes())).norm_squared();
-                // Points meant to lie on the surface may round to just inside it.
-                if gauge < 1.0 - 1e-12 {
-                    return Err(Error::invalid(
-                        format!("point in the field of {}", self.body.name),
-                        format!("{point:?}"),
-                        "a point outside or on the surface",
-                    ));
-                }
-                (Some(Near::new(e, 0.0)), e.canonical() * point, e.canonical())
-            }
+        require_finite(&format!("point in the field of {}", self.name), point.as_slice())?;
+        let x = point / self.unit;
+        // Largest component first: its square may not be a double.
+        let distance = x.amax() * (x / x.amax()).norm();
+        let Shape::Ellipsoid(ellipsoid) = &self.shape else {
+            return match distance {
+                d if d > 0.0 => Ok(self.in_units(1.0 / d, -x / d / d / d)),
+                _ => Err(self.inside(point, "a point away from the centre of a point mass")),
+            };
         };
-        if point.norm() == 0.0 {
-            return Err(Error::invalid("point", "at the centre of a point mass", "a point elsewhere"));
+        if distance > MONOPOLE_FROM {
+            return Ok(self.in_units(1.0 / distance, -x / distance / distance / distance));
         }
-        let kappa_min = x.norm_squared() - self.body.shape.circumradius().powi(2);
-        let (excess, rd) = match (self.series.cut_for(kappa_min, 1e-17), kernel) {
-            (Some(cut), _) => one_point(self.series.cut(cut), &x),
-            (None, Some(near)) => one_point(near, &x),
-            (None, None) => unreachable!("a point mass has a series of one term"),
+        // Points meant to lie on the surface may round to just inside it.
+        if x.component_div(&Vec3::from(ellipsoid.semi_axes())).norm_squared() < 1.0 - 1e-12 {
+            return Err(self.inside(point, "a point outside or on the surface"));
+        }
+        let x = ellipsoid.canonical() * x;
+        let kappa_min = x.norm_squared() - self.shape.circumradius().powi(2);
+        let (excess, rd) = match self.series.cut_for(kappa_min, 1e-17) {
+            Some(cut) => one_point(self.series.cut(cut), &x),
+            None => one_point(Near::new(ellipsoid, 0.0), &x),
         };
-        let field = canonical.transpose() * -x.component_mul(&rd);
-        Ok((self.gm * (1.0 / x.norm() + excess), self.gm * field))
+        let field = ellipsoid.canonical().transpose() * -x.component_mul(&rd);
+        Ok(self.in_units(1.0 / x.norm() + excess, field))
+    }
+
+    fn in_units(&self, potential: f64, field: Vec3) -> (f64, Vec3) {
+        let gm = self.gm / self.unit;
+        (gm * potential, gm / self.unit * field)
+    }
+
+    fn checked(&self, (potential, field): (f64, Vec3)) -> Result<(f64, Vec3)> {
+        let what = format!("field of {}", self.name);
+        match [potential, field.x, field.y, field.z].iter().find(|v| !v.is_finite()) {
+            None => Ok((potential, field)),
+            Some(v) => {
+                Err(Error::invalid(what, v, "a finite number; choose units that keep the numbers in range"))
+            }
+        }
+    }
+
+    fn inside(&self, point: &Vec3, expected: &str) -> Error {
+        let value = format!("[{}, {}, {}]", point.x, point.y, point.z);
+        Error::invalid(format!("point in the field of {}", self.name), value, expected)
     }
 }
 
 fn one_point(kernel: impl FieldKernel, x: &Vec3) -> (f64, Vec3) {
-    let lanes = |v| Lanes::new(Scalar, v);
+    let lanes = |v| Lanes::splat(Scalar, v);
     let (excess, rd) = kernel.excess_potential([lanes(x.x), lanes(x.y), lanes(x.z)]);
-    (excess.raw, Vec3::new(rd[0].raw, rd[1].raw, rd[2].raw))
+    (excess.first(), Vec3::new(rd[0].first(), rd[1].first(), rd[2].first()))
 }

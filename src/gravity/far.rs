@@ -15,7 +15,7 @@
 //! at once.
 
 use super::{FieldKernel, PointField};
-use crate::math::lanes::{Lanes, polynomial};
+use crate::math::lanes::{Lanes, dot, polynomials};
 use crate::shape::Shape;
 use pulp::Simd;
 
@@ -29,14 +29,11 @@ pub struct FarSeries {
     e2: f64,
     e3: f64,
     mean: f64,
-    /// Coefficients of R_1 s^(3/2) in u.
-    first: [f64; MAX_TERMS],
-    /// Coefficients of (R_2 - R_1) s^(5/2).
-    second: [f64; MAX_TERMS],
-    /// Coefficients of (R_3 - R_1) s^(5/2).
-    third: [f64; MAX_TERMS],
-    /// Coefficients of (R_F s^(1/2) - 1) / u^2.
-    rf: [f64; MAX_TERMS],
+    /// Coefficients in u, beyond the leading 1 of R_1, of: (R_1 u^(-3/2) - 1) / u, (R_2 - R_1) u^(-5/2),
+    /// (R_3 - R_1) u^(-5/2).
+    rd: [[f64; 3]; MAX_TERMS],
+    /// Coefficients of (R_F u^(-1/2) - 1) / u^2.
+    rf: [[f64; 1]; MAX_TERMS],
 }
 
 impl FarSeries {
@@ -68,10 +65,11 @@ impl FarSeries {
             e2,
             e3,
             mean: (a * a + b * b + c * c) / 3.0,
-            first: std::array::from_fn(|n| k1[n] * coefficient(n)),
-            second: std::array::from_fn(|n| ab * k12[n] * coefficient(n + 1)),
-            third: std::array::from_fn(|n| -ca * k13[n] * coefficient(n + 1)),
-            rf: std::array::from_fn(|n| h.get(n + 2).map_or(0.0, |h| h / (2 * n + 5) as f64)),
+            rd: std::array::from_fn(|n| {
+                let next = k1.get(n + 1).copied().unwrap_or(0.0);
+                [next, ab * k12[n], -ca * k13[n]].map(|k| k * coefficient(n + 1))
+            }),
+            rf: std::array::from_fn(|n| [h.get(n + 2).map_or(0.0, |h| h / (2 * n + 5) as f64)]),
         }
     }
 
@@ -92,7 +90,7 @@ impl FarSeries {
             r if r < 0.17 => 3,
             _ => 4,
         };
-        (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize + 1, newton })
+        (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
     }
 
     /// The kernel of a cut.
@@ -116,16 +114,10 @@ fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
 }
 
 /// How much of a series a distance needs; the default is the monopole.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FarCut {
     terms: usize,
     newton: u32,
-}
-
-impl Default for FarCut {
-    fn default() -> Self {
-        Self { terms: 1, newton: 0 }
-    }
 }
 
 /// [`FarSeries`] with a cut.
@@ -160,8 +152,18 @@ impl Far<'_> {
             let w = eta + c(1.0);
             let slope = q.mul_add(w, p);
             let f = eta - w * w * slope;
-            let derivative = c(1.0) - w * (slope + slope + q * w);
-            eta = eta - f / derivative;
+            // The derivative of f is 1 - d.
+            let d = w * (slope + slope + q * w);
+            let correction = if self.cut.newton == 1 {
+                // So small a d that (1 + d) (1 + d^2) (1 + d^4) is the reciprocal.
+                let d2 = d * d;
+                let d4 = d2 * d2;
+                let partial = d.mul_add(d2, d) + d2;
+                f * d4.mul_add(partial + c(1.0), partial + c(1.0))
+            } else {
+                f / (c(1.0) - d)
+            };
+            eta = eta - correction;
         }
         (eta, inverse)
     }
@@ -173,11 +175,10 @@ impl FieldKernel for Far<'_> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let u = (eta + eta.constant(1.0)) * inverse;
         let cube = u * u.sqrt();
-        let series = self.series;
-        let first = cube * polynomial(&series.first[..self.cut.terms], u);
         let fifth = cube * u;
-        let second = fifth * polynomial(&series.second[..self.cut.terms - 1], u);
-        let third = fifth * polynomial(&series.third[..self.cut.terms - 1], u);
+        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let first = fifth.mul_add(first, cube);
+        let (second, third) = (fifth * second, fifth * third);
         PointField {
             rd: [first, first + second, first + third],
             rd_difference: [third - second, -third, second],
@@ -193,20 +194,18 @@ impl FieldKernel for Far<'_> {
         let w = eta + c(1.0);
         let v = w.sqrt();
         let u = w * inverse;
-        let series = self.series;
-        let first = u * polynomial(&series.first[1..self.cut.terms], u);
-        let second = u * polynomial(&series.second[..self.cut.terms - 1], u);
-        let third = u * polynomial(&series.third[..self.cut.terms - 1], u);
-        let rf = u * u * polynomial(&series.rf[..self.cut.terms - 1], u);
-        let beyond = [first, first + second, first + third];
-        let weighted =
-            squares[0].mul_add(beyond[0], squares[1].mul_add(beyond[1], squares[2] * beyond[2])) * inverse;
+        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let [rf] = polynomials(&self.series.rf[..self.cut.terms], u);
+        let rf = u * u * rf;
+        let beyond = [u * first, u * (first + second), u * (first + third)];
+        let weighted = dot(squares, beyond) * inverse;
         // v - 1 = eta / (v + 1)
         let v_minus_one = eta / (v + c(1.0));
         let excess =
             c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0)) + c(1.5) * v * rf + c(-0.5) * v * w * weighted;
         let cube = u * u.sqrt();
-        let rd = beyond.map(|b| cube.mul_add(b, cube));
+        let rd =
+            [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
         (excess * inverse.sqrt(), rd)
     }
 }

@@ -7,7 +7,7 @@
 
 use super::{FieldKernel, PointField};
 use crate::math::carlson::{duplications_needed, rd_triple};
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, dot};
 use crate::shape::Ellipsoid;
 use pulp::Simd;
 
@@ -31,7 +31,8 @@ impl Near {
     #[inline(always)]
     fn rd<S: Simd>(&self, x2: [Lanes<S>; 3]) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
         let kappa = kappa(x2, self.squares);
-        let s = self.squares.map(|a2| kappa + kappa.constant(a2));
+        let [a2, b2, c2] = self.squares;
+        let s = [kappa + kappa.constant(a2), kappa + kappa.constant(b2), kappa + kappa.constant(c2)];
         (s, rd_triple(s, self.duplications))
     }
 }
@@ -40,15 +41,19 @@ impl Near {
 #[inline(always)]
 pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
     let c = |value| x2[0].constant(value);
+    let squares = [c(a2[0]), c(a2[1]), c(a2[2])];
     let r2 = x2[0] + x2[1] + x2[2];
-    let moment = x2[0].mul_add(c(a2[0]), x2[1].mul_add(c(a2[1]), x2[2] * c(a2[2])));
-    let mut kappa = (r2 - moment / r2).max(c(0.0));
+    let mut kappa = (r2 - dot(x2, squares) / r2).max(c(0.0));
     for _ in 0..MAX_NEWTON {
-        // s and -s' over the common denominator of their terms.
-        let inverse = a2.map(|a2| c(1.0) / (kappa + c(a2)));
+        // One division serves three reciprocals.
+        let s = [kappa + squares[0], kappa + squares[1], kappa + squares[2]];
+        let product = s[0] * s[1];
+        let shared = c(1.0) / (product * s[2]);
+        let last = shared * s[2];
+        let inverse = [last * s[1], last * s[0], shared * product];
         let term = [x2[0] * inverse[0], x2[1] * inverse[1], x2[2] * inverse[2]];
         let s = term[0] + term[1] + term[2];
-        let slope = term[0].mul_add(inverse[0], term[1].mul_add(inverse[1], term[2] * inverse[2]));
+        let slope = dot(term, inverse);
         // Newton on 1/s: (1 - 1/s) / (1/s)' = s (s - 1) / slope.
         let step = s * (s - c(1.0)) / slope;
         kappa = (kappa + step).max(c(0.0));

@@ -4,11 +4,12 @@
 //! A path changes results at round-off only (fused or separate multiply-add, number of partial sums).
 //! [`VectorPath::Portable`] gives the same bits on every machine: one lane, no fused operations.
 
-use pulp::{Arch, Simd, WithSimd};
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+use super::Vec3;
+use pulp::{Arch, Simd};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The widest vector any path uses, in doubles; node lists are padded to a multiple of it.
-pub const MAX_LANES: usize = 8;
+/// The longest block that any path works on, in doubles; node lists are padded to a multiple of it.
+pub const BLOCK: usize = 8 * INTERLEAVED;
 
 /// Which instructions the hot loops use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -52,34 +53,34 @@ impl VectorPath {
     }
 }
 
-/// Runs an operation over the lanes of `arch`.
-#[inline]
-pub fn dispatch<O: WithSimd>(arch: Arch, operation: O) -> O::Output {
-    arch.dispatch(operation)
-}
+/// Registers that are worked on side by side, so that the latency of one hides behind the other's work.
+const INTERLEAVED: usize = 2;
 
-/// One vector register of doubles with the arithmetic operators.
+/// A block of doubles with the arithmetic operators: [`INTERLEAVED`] registers.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd> {
     simd: S,
-    /// The raw register.
-    pub raw: S::f64s,
+    raw: [S::f64s; INTERLEAVED],
 }
 
 impl<S: Simd> Lanes<S> {
     /// The same value in every lane.
     #[inline(always)]
     pub fn splat(simd: S, value: f64) -> Self {
-        Self { simd, raw: simd.splat_f64s(value) }
+        Self { simd, raw: [simd.splat_f64s(value); INTERLEAVED] }
     }
 
-    /// Wraps a raw register.
+    /// The blocks of a slice whose length is a multiple of [`BLOCK`].
     #[inline(always)]
-    pub fn new(simd: S, raw: S::f64s) -> Self {
-        Self { simd, raw }
+    pub fn blocks(simd: S, values: &[f64]) -> impl Iterator<Item = Self> {
+        let (registers, _) = S::as_simd_f64s(values);
+        registers.as_chunks::<INTERLEAVED>().0.iter().map(
+            #[inline(always)]
+            move |&raw| Self { simd, raw },
+        )
     }
 
-    /// A constant beside this register.
+    /// A constant beside this block.
     #[inline(always)]
     pub fn constant(self, value: f64) -> Self {
         Self::splat(self.simd, value)
@@ -87,44 +88,50 @@ impl<S: Simd> Lanes<S> {
 
     /// `self * b + c`, fused where the path has it.
     #[inline(always)]
-    pub fn mul_add(self, b: Self, c: Self) -> Self {
-        Self::new(self.simd, self.simd.mul_add_e_f64s(self.raw, b.raw, c.raw))
+    pub fn mul_add(mut self, b: Self, c: Self) -> Self {
+        for k in 0..INTERLEAVED {
+            self.raw[k] = self.simd.mul_add_e_f64s(self.raw[k], b.raw[k], c.raw[k]);
+        }
+        self
     }
 
     /// Square root.
     #[inline(always)]
-    pub fn sqrt(self) -> Self {
-        Self::new(self.simd, self.simd.sqrt_f64s(self.raw))
+    pub fn sqrt(mut self) -> Self {
+        for k in 0..INTERLEAVED {
+            self.raw[k] = self.simd.sqrt_f64s(self.raw[k]);
+        }
+        self
     }
 
     /// The larger of two, lane by lane.
     #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        Self::new(self.simd, self.simd.max_f64s(self.raw, other.raw))
+    pub fn max(mut self, other: Self) -> Self {
+        for k in 0..INTERLEAVED {
+            self.raw[k] = self.simd.max_f64s(self.raw[k], other.raw[k]);
+        }
+        self
+    }
+
+    /// Absolute value.
+    #[inline(always)]
+    pub fn abs(mut self) -> Self {
+        for k in 0..INTERLEAVED {
+            self.raw[k] = self.simd.abs_f64s(self.raw[k]);
+        }
+        self
     }
 
     /// Largest lane.
     #[inline(always)]
     pub fn reduce_max(self) -> f64 {
-        self.simd.reduce_max_f64s(self.raw)
+        self.simd.reduce_max_f64s(self.simd.max_f64s(self.raw[0], self.raw[1]))
     }
 
-    /// Smallest lane.
+    /// Any lane of a block that has the same value in all.
     #[inline(always)]
-    pub fn reduce_min(self) -> f64 {
-        self.simd.reduce_min_f64s(self.raw)
-    }
-
-    /// Absolute value.
-    #[inline(always)]
-    pub fn abs(self) -> Self {
-        Self::new(self.simd, self.simd.abs_f64s(self.raw))
-    }
-
-    /// Sum of the lanes.
-    #[inline(always)]
-    pub fn reduce_sum(self) -> f64 {
-        self.simd.reduce_sum_f64s(self.raw)
+    pub fn first(self) -> f64 {
+        self.simd.reduce_min_f64s(self.raw[0])
     }
 }
 
@@ -133,8 +140,11 @@ macro_rules! operator {
         impl<S: Simd> $trait for Lanes<S> {
             type Output = Self;
             #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self::new(self.simd, self.simd.$function(self.raw, other.raw))
+            fn $method(mut self, other: Self) -> Self {
+                for k in 0..INTERLEAVED {
+                    self.raw[k] = self.simd.$function(self.raw[k], other.raw[k]);
+                }
+                self
             }
         }
     };
@@ -147,24 +157,72 @@ operator!(Div, div, div_f64s);
 impl<S: Simd> Neg for Lanes<S> {
     type Output = Self;
     #[inline(always)]
-    fn neg(self) -> Self {
-        Self::new(self.simd, self.simd.neg_f64s(self.raw))
+    fn neg(mut self) -> Self {
+        for k in 0..INTERLEAVED {
+            self.raw[k] = self.simd.neg_f64s(self.raw[k]);
+        }
+        self
     }
 }
 
-impl<S: Simd> AddAssign for Lanes<S> {
+/// A running sum: one register, to which the registers of a block are added in turn; its lanes are added at the end.
+#[derive(Clone, Copy)]
+pub struct Total<S: Simd> {
+    simd: S,
+    raw: S::f64s,
+}
+
+impl<S: Simd> Total<S> {
+    /// Zero.
     #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
+    pub fn zero(simd: S) -> Self {
+        Self { simd, raw: simd.splat_f64s(0.0) }
+    }
+
+    /// Adds the products of two blocks.
+    #[inline(always)]
+    pub fn add_product(&mut self, a: Lanes<S>, b: Lanes<S>) {
+        for k in 0..INTERLEAVED {
+            self.raw = self.simd.mul_add_e_f64s(a.raw[k], b.raw[k], self.raw);
+        }
+    }
+
+    /// The sum.
+    #[inline(always)]
+    pub fn value(self) -> f64 {
+        self.simd.reduce_sum_f64s(self.raw)
     }
 }
 
-/// Horner's rule with coefficients in ascending powers; an empty list is zero.
+// Within kernels there are no closures over arrays (`map`, `from_fn`): those are compiled on their own, without the
+// instructions of the path, and called.
+
+/// Horner's rule for several polynomials at once, coefficients in ascending powers; an empty list is zero.
 #[inline(always)]
-pub fn polynomial<S: Simd>(coefficients: &[f64], x: Lanes<S>) -> Lanes<S> {
-    let mut sum = x.constant(0.0);
-    for &c in coefficients.iter().rev() {
-        sum = sum.mul_add(x, x.constant(c));
+pub fn polynomials<S: Simd, const N: usize>(coefficients: &[[f64; N]], x: Lanes<S>) -> [Lanes<S>; N] {
+    let mut sums = [x.constant(0.0); N];
+    for row in coefficients.iter().rev() {
+        for i in 0..N {
+            sums[i] = sums[i].mul_add(x, x.constant(row[i]));
+        }
     }
-    sum
+    sums
+}
+
+/// The same vector in every lane.
+#[inline(always)]
+pub fn splat_vector<S: Simd>(simd: S, v: &Vec3) -> [Lanes<S>; 3] {
+    [Lanes::splat(simd, v.x), Lanes::splat(simd, v.y), Lanes::splat(simd, v.z)]
+}
+
+/// Scalar product.
+#[inline(always)]
+pub fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+/// A vector of sums.
+#[inline(always)]
+pub fn total_vector<S: Simd>(v: [Total<S>; 3]) -> Vec3 {
+    Vec3::new(v[0].value(), v[1].value(), v[2].value())
 }

@@ -5,6 +5,7 @@
 
 use super::{Mat3, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rotation matrix of a quaternion `[w, x, y, z]` of any non-zero length.
 #[inline]
@@ -49,15 +50,34 @@ pub fn from_tait_bryan(angles: [f64; 3]) -> [f64; 4] {
 }
 
 /// The Tait-Bryan angles of a quaternion: phi and psi in (-pi, pi], theta in [-pi/2, pi/2].
+///
+/// From the sum and the difference of phi and psi, each of which keeps its digits where it matters: near a pole of the
+/// angles the attitude is still that of the quaternion to round-off.
 pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
-    let r = matrix(q);
-    let cos_theta = r[(0, 0)].hypot(r[(1, 0)]);
-    let theta = (-r[(2, 0)]).atan2(cos_theta);
-    if cos_theta > 1e-12 {
-        [r[(2, 1)].atan2(r[(2, 2)]), theta, r[(1, 0)].atan2(r[(0, 0)])]
+    let [w, x, y, z] = q;
+    // With C, S = cos, sin of theta/2: (C - S) (cos, sin)((phi + psi)/2), and (C + S) (cos, sin)((phi - psi)/2).
+    let (sum_cos, sum_sin, difference_cos, difference_sin) = (w - y, x + z, w + y, x - z);
+    let (minus, plus) = (sum_cos.hypot(sum_sin), difference_cos.hypot(difference_sin));
+    let theta = 2.0 * plus.atan2(minus) - FRAC_PI_2;
+    let (half_sum, half_difference) = (sum_sin.atan2(sum_cos), difference_sin.atan2(difference_cos));
+    // At a pole only one of the two is defined; the whole turn goes to psi.
+    if minus < 1e-15 * plus {
+        [0.0, theta, principal(-2.0 * half_difference)]
+    } else if plus < 1e-15 * minus {
+        [0.0, theta, principal(2.0 * half_sum)]
     } else {
-        // At the pole only psi -/+ phi is defined; the whole turn goes to psi.
-        [0.0, theta, (-r[(0, 1)]).atan2(r[(1, 1)])]
+        [principal(half_sum + half_difference), theta, principal(half_sum - half_difference)]
+    }
+}
+
+/// The angle in (-pi, pi].
+fn principal(angle: f64) -> f64 {
+    if angle > PI {
+        angle - TAU
+    } else if angle <= -PI {
+        angle + TAU
+    } else {
+        angle
     }
 }
 

@@ -8,7 +8,7 @@
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -62,31 +62,47 @@ impl<K: FieldKernel> WithSimd for ForceSum<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Sums {
-        let (y0, _) = S::as_simd_f64s(&self.nodes.points[0]);
-        let (y1, _) = S::as_simd_f64s(&self.nodes.points[1]);
-        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
-        let splat = |v| Lanes::splat(simd, v);
-        let origin = [splat(self.origin.x), splat(self.origin.y), splat(self.origin.z)];
-        let axes = self.axes.map(|a| [splat(a.x), splat(a.y), splat(a.z)]);
-        let zero = splat(0.0);
+        let [y0, y1, _] = &self.nodes.points;
+        let (y0, y1) = (Lanes::blocks(simd, y0), Lanes::blocks(simd, y1));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let origin = splat_vector(simd, &self.origin);
+        let axes = [splat_vector(simd, &self.axes[0]), splat_vector(simd, &self.axes[1])];
+        let zero = Total::zero(simd);
         let (mut force, mut moment, mut torque) = ([zero; 3], [[zero; 3]; 2], [zero; 3]);
-        for ((&y0, &y1), &w) in y0.iter().zip(y1).zip(weights) {
-            let (y0, y1, w) = (Lanes::new(simd, y0), Lanes::new(simd, y1), Lanes::new(simd, w));
-            let x = [0, 1, 2].map(|i| axes[0][i].mul_add(y0, axes[1][i].mul_add(y1, origin[i])));
+        for ((y0, y1), w) in y0.zip(y1).zip(weights) {
+            let x = place(axes, y0, y1, origin);
             let field = self.kernel.field(x);
             let wx = [w * x[0], w * x[1], w * x[2]];
             for i in 0..3 {
                 let pull = wx[i] * field.rd[i];
-                force[i] += pull;
-                moment[0][i] = pull.mul_add(y0, moment[0][i]);
-                moment[1][i] = pull.mul_add(y1, moment[1][i]);
+                force[i].add_product(wx[i], field.rd[i]);
+                moment[0][i].add_product(pull, y0);
+                moment[1][i].add_product(pull, y1);
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                torque[i] = (wx[j] * x[k]).mul_add(field.rd_difference[i], torque[i]);
+                torque[i].add_product(wx[j] * x[k], field.rd_difference[i]);
             }
         }
-        let total = |v: [Lanes<S>; 3]| Vec3::new(v[0].reduce_sum(), v[1].reduce_sum(), v[2].reduce_sum());
-        Sums { force: -total(force), moment: moment.map(|m| -total(m)), torque_field: total(torque) }
+        Sums {
+            force: -total_vector(force),
+            moment: [-total_vector(moment[0]), -total_vector(moment[1])],
+            torque_field: total_vector(torque),
+        }
     }
+}
+
+/// The node (y0, y1) of the unit disc, from the field body's centre.
+#[inline(always)]
+fn place<S: Simd>(
+    axes: [[Lanes<S>; 3]; 2],
+    y0: Lanes<S>,
+    y1: Lanes<S>,
+    origin: [Lanes<S>; 3],
+) -> [Lanes<S>; 3] {
+    [
+        axes[0][0].mul_add(y0, axes[1][0].mul_add(y1, origin[0])),
+        axes[0][1].mul_add(y0, axes[1][1].mul_add(y1, origin[1])),
+        axes[0][2].mul_add(y0, axes[1][2].mul_add(y1, origin[2])),
+    ]
 }
 
 struct PotentialSum<'a, K> {
@@ -101,20 +117,17 @@ impl<K: FieldKernel> WithSimd for PotentialSum<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let (y0, _) = S::as_simd_f64s(&self.nodes.points[0]);
-        let (y1, _) = S::as_simd_f64s(&self.nodes.points[1]);
-        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
-        let splat = |v| Lanes::splat(simd, v);
-        let mut sum = splat(0.0);
-        for ((&y0, &y1), &w) in y0.iter().zip(y1).zip(weights) {
-            let (y0, y1, w) = (Lanes::new(simd, y0), Lanes::new(simd, y1), Lanes::new(simd, w));
-            let x = [0, 1, 2].map(|i| {
-                splat(self.axes[0][i]).mul_add(y0, splat(self.axes[1][i]).mul_add(y1, splat(self.origin[i])))
-            });
+        let [y0, y1, _] = &self.nodes.points;
+        let (y0, y1) = (Lanes::blocks(simd, y0), Lanes::blocks(simd, y1));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let origin = splat_vector(simd, &self.origin);
+        let axes = [splat_vector(simd, &self.axes[0]), splat_vector(simd, &self.axes[1])];
+        let mut sum = Total::zero(simd);
+        for ((y0, y1), w) in y0.zip(y1).zip(weights) {
+            let x = place(axes, y0, y1, origin);
             let (excess, _) = self.kernel.excess_potential(x);
-            let r2 = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2]));
-            sum = w.mul_add(splat(1.0) / r2.sqrt() + excess, sum);
+            sum.add_product(w, w.constant(1.0) / dot(x, x).sqrt() + excess);
         }
-        sum.reduce_sum()
+        sum.value()
     }
 }

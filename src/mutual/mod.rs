@@ -5,6 +5,7 @@
 //! on the second body is minus that on the first, and both torques come from the same nodes, so that
 //! M_first + M_second + r x F_second = 0 holds to round-off.
 
+mod choice;
 mod focal;
 mod method;
 mod multipole;
@@ -37,23 +38,6 @@ pub struct Interaction {
     pub torque_first: Vec3,
     /// Torque on the second body about its centre, in its body frame.
     pub torque_second: Vec3,
-}
-
-impl Interaction {
-    /// Largest difference from another evaluation: of the force relative to its size, of the torques relative to theirs
-    /// or to a hundredth of their lever's share, where symmetry makes them small.
-    fn difference(&self, other: &Self) -> f64 {
-        let force = (self.force_on_first - other.force_on_first).norm() / self.force_on_first.norm();
-        let floor = 0.01 * self.torque_first.norm().max(self.torque_second.norm());
-        let torque = |a: &Vec3, b: &Vec3| {
-            let size = a.norm().max(floor);
-            if size > 0.0 { (a - b).norm() / size } else { 0.0 }
-        };
-        // A torque carries the round-off of its lever times the force.
-        force
-            .max(0.1 * torque(&self.torque_first, &other.torque_first))
-            .max(0.1 * torque(&self.torque_second, &other.torque_second))
-    }
 }
 
 /// One body as the integrand's field and the other as the integration set, in the field body's canonical frame.

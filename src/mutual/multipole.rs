@@ -13,14 +13,21 @@ use super::{Interaction, Method, Pose};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 
-const HALF: usize = Method::MAX_DEGREE / 2;
-/// Monomials of degree `MAX_DEGREE`.
-const MONOMIALS: usize = count(Method::MAX_DEGREE);
-/// Monomials of all degrees up to `MAX_DEGREE + 1`.
-const DERIVATIVES: usize = offset(Method::MAX_DEGREE + 2);
-
-/// A homogeneous polynomial in k of a degree known from the context.
-type Polynomial = [f64; MONOMIALS];
+/// Runs a method of [`Cut`] for arrays of just the size that half the degree takes.
+macro_rules! sized {
+    ($half:expr, $method:ident($($argument:expr),*)) => {
+        match $half {
+            0 | 1 => Cut::<1, 2, { count(2) }, { offset(4) }>::$method($($argument),*),
+            2 => Cut::<2, 3, { count(4) }, { offset(6) }>::$method($($argument),*),
+            3 => Cut::<3, 4, { count(6) }, { offset(8) }>::$method($($argument),*),
+            4 => Cut::<4, 5, { count(8) }, { offset(10) }>::$method($($argument),*),
+            5 => Cut::<5, 6, { count(10) }, { offset(12) }>::$method($($argument),*),
+            6 => Cut::<6, 7, { count(12) }, { offset(14) }>::$method($($argument),*),
+            7 => Cut::<7, 8, { count(14) }, { offset(16) }>::$method($($argument),*),
+            _ => Cut::<8, 9, { count(16) }, { offset(18) }>::$method($($argument),*),
+        }
+    };
+}
 
 /// The expansion of one pair.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,28 +40,13 @@ impl Multipole {
     /// To total degree `degree`, even and at most [`Method::MAX_DEGREE`].
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
-        Self { half: (degree / 2).min(HALF), squares: [squares(first), squares(second)] }
+        Self { half: (degree / 2).min(Method::MAX_DEGREE / 2), squares: [squares(first), squares(second)] }
     }
 
     /// Force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         let (spreads, scale) = self.scaled_spreads(pose);
-        let terms = Terms::new(&spreads, self.half);
-        let derivatives = Derivatives::new(&(pose.separation / scale), 2 * self.half + 1);
-        let mut gradient = Vec3::zeros();
-        for s in 0..=self.half {
-            gradient += derivatives.gradient(&terms.potential[s], 2 * s);
-        }
-        let mut torques = [Vec3::zeros(); 2];
-        for (body, torque) in torques.iter_mut().enumerate() {
-            let forms = turning_forms(&spreads[body]);
-            for s in 1..=self.half {
-                for i in 0..3 {
-                    let turned = times_quadratic(&terms.variation[body][s], 2 * s - 2, &forms[i]);
-                    torque[i] += derivatives.contract(&turned, 2 * s);
-                }
-            }
-        }
+        let (gradient, torques) = sized!(self.half, forces(&spreads, &(pose.separation / scale)));
         Interaction {
             force_on_first: -gradient / (scale * scale),
             torque_first: pose.rotation_first.transpose() * torques[0] / scale,
@@ -65,9 +57,7 @@ impl Multipole {
     /// The mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, pose: &Pose) -> f64 {
         let (spreads, scale) = self.scaled_spreads(pose);
-        let terms = Terms::new(&spreads, self.half);
-        let derivatives = Derivatives::new(&(pose.separation / scale), 2 * self.half);
-        (0..=self.half).rev().map(|s| derivatives.contract(&terms.potential[s], 2 * s)).sum::<f64>() / scale
+        sized!(self.half, potential(&spreads, &(pose.separation / scale))) / scale
     }
 
     /// The spread matrices in units of the separation, so that no power over- or underflows.
@@ -82,17 +72,54 @@ impl Multipole {
     }
 }
 
-/// For each half-degree s: sum_n alpha_n alpha_{s-n} A^n B^{s-n}, and its variations with A and with B.
-struct Terms {
-    potential: [Polynomial; HALF + 1],
-    variation: [[Polynomial; HALF + 1]; 2],
+/// The expansion to half-degree `HALF`, with `TERMS` = HALF + 1, `MONOMIALS` those of degree 2 HALF, and `DERIVATIVES` the
+/// partial derivatives up to degree 2 HALF + 1.
+struct Cut<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>;
+
+impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>
+    Cut<HALF, TERMS, MONOMIALS, DERIVATIVES>
+{
+    /// Gradient of U and the torques, inertial.
+    fn forces(spreads: &[Mat3; 2], x: &Vec3) -> (Vec3, [Vec3; 2]) {
+        let terms = Terms::<TERMS, MONOMIALS>::new(spreads);
+        let derivatives = Derivatives::<DERIVATIVES>::new(x, 2 * HALF + 1);
+        let mut gradient = Vec3::zeros();
+        for (s, potential) in terms.potential.iter().enumerate() {
+            gradient += derivatives.gradient(potential, 2 * s);
+        }
+        let mut torques = [Vec3::zeros(); 2];
+        for (body, torque) in torques.iter_mut().enumerate() {
+            let forms = turning_forms(&spreads[body]);
+            for (s, variation) in terms.variation[body].iter().enumerate().skip(1) {
+                for i in 0..3 {
+                    let turned = times_quadratic(variation, 2 * s - 2, &forms[i]);
+                    torque[i] += derivatives.contract(&turned, 2 * s);
+                }
+            }
+        }
+        (gradient, torques)
+    }
+
+    /// U.
+    fn potential(spreads: &[Mat3; 2], x: &Vec3) -> f64 {
+        let terms = Terms::<TERMS, MONOMIALS>::new(spreads);
+        let derivatives = Derivatives::<DERIVATIVES>::new(x, 2 * HALF);
+        (0..TERMS).rev().map(|s| derivatives.contract(&terms.potential[s], 2 * s)).sum()
+    }
 }
 
-impl Terms {
-    fn new(spreads: &[Mat3; 2], half: usize) -> Self {
+/// For each half-degree s: sum_n alpha_n alpha_{s-n} A^n B^{s-n}, and its variations with A and with B.
+struct Terms<const TERMS: usize, const MONOMIALS: usize> {
+    potential: [[f64; MONOMIALS]; TERMS],
+    variation: [[[f64; MONOMIALS]; TERMS]; 2],
+}
+
+impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
+    fn new(spreads: &[Mat3; 2]) -> Self {
+        let half = TERMS - 1;
         let forms = spreads.map(|s| quadratic_form(&s));
-        let mut terms =
-            Self { potential: [[0.0; MONOMIALS]; HALF + 1], variation: [[[0.0; MONOMIALS]; HALF + 1]; 2] };
+        let empty = [[0.0; MONOMIALS]; TERMS];
+        let mut terms = Self { potential: empty, variation: [empty; 2] };
         // Products A^n B^m, row by row; each one enters the potential and both variations.
         let mut power_of_a = [0.0; MONOMIALS];
         power_of_a[0] = 1.0;
@@ -122,13 +149,13 @@ fn alpha(n: usize) -> f64 {
     3.0 / ((1..=2 * n + 1).map(|k| k as f64).product::<f64>() * (2 * n + 3) as f64)
 }
 
-fn add(sum: &mut Polynomial, term: &Polynomial, degree: usize, factor: f64) {
+fn add(sum: &mut [f64], term: &[f64], degree: usize, factor: f64) {
     for (s, t) in sum.iter_mut().zip(term).take(count(degree)) {
         *s += factor * t;
     }
 }
 
-/// k^T S k in the order of [`exponents`].
+/// k^T S k in the order of [`exponents`]; polynomials in k are homogeneous, of a degree known from the context.
 fn quadratic_form(s: &Mat3) -> [f64; 6] {
     [s[(0, 0)], 2.0 * s[(0, 1)], 2.0 * s[(0, 2)], s[(1, 1)], 2.0 * s[(1, 2)], s[(2, 2)]]
 }
@@ -146,7 +173,11 @@ fn turning_forms(s: &Mat3) -> [[f64; 6]; 3] {
     })
 }
 
-fn times_quadratic(p: &Polynomial, degree: usize, form: &[f64; 6]) -> Polynomial {
+fn times_quadratic<const MONOMIALS: usize>(
+    p: &[f64; MONOMIALS],
+    degree: usize,
+    form: &[f64; 6],
+) -> [f64; MONOMIALS] {
     let mut out = [0.0; MONOMIALS];
     for (c, (i, j)) in p.iter().zip(exponents(degree)) {
         for (q, (di, dj)) in form.iter().zip(exponents(2)) {
@@ -157,11 +188,11 @@ fn times_quadratic(p: &Polynomial, degree: usize, form: &[f64; 6]) -> Polynomial
 }
 
 /// All partial derivatives of 1/r at a point, up to a degree.
-struct Derivatives {
+struct Derivatives<const DERIVATIVES: usize> {
     values: [f64; DERIVATIVES],
 }
 
-impl Derivatives {
+impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
     fn new(x: &Vec3, degree: usize) -> Self {
         let mut values = [0.0; DERIVATIVES];
         let r2 = x.norm_squared();
@@ -186,12 +217,12 @@ impl Derivatives {
         Self { values }
     }
 
-    fn contract(&self, p: &Polynomial, degree: usize) -> f64 {
+    fn contract(&self, p: &[f64], degree: usize) -> f64 {
         let start = offset(degree);
         p.iter().zip(&self.values[start..start + count(degree)]).map(|(c, t)| c * t).sum()
     }
 
-    fn gradient(&self, p: &Polynomial, degree: usize) -> Vec3 {
+    fn gradient(&self, p: &[f64], degree: usize) -> Vec3 {
         let mut sum = Vec3::zeros();
         for (c, (i, j)) in p.iter().zip(exponents(degree)) {
             let l = degree - i - j;

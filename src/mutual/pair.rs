@@ -1,32 +1,21 @@
-//! A pair of bodies with a method: chooses the rule between steps, evaluates within them.
+//! A pair of bodies with a method, evaluated with the rule in force.
 
+use super::choice::Made;
 use super::{Balance, Interaction, Method, Multipole, Pose, Roles, focal, surface};
-use crate::error::{Error, Result};
-use crate::gravity::{FarCut, FarSeries, Near};
+use crate::gravity::{FarCut, FarSeries, FieldKernel, Near};
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{
-    Nodes, Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree,
-};
+use crate::quadrature::{Nodes, Order};
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Arch;
 use std::sync::Arc;
 
-/// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
-pub const MAX_RULE_DEGREE: usize = 400;
-/// Degrees that close bodies are tried with.
-const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
-/// A rule stays in use while it has at most this many degrees more than needed.
-const SLACK: usize = 3;
-/// Two rules never agree better than this.
-const ROUND_OFF: f64 = 4e-15;
-
 /// What of a body's gravity does not depend on the state.
 #[derive(Debug, Clone)]
 pub struct BodyGravity {
-    name: String,
-    shape: Shape,
+    pub(super) name: String,
+    pub(super) shape: Shape,
     canonical: Mat3,
-    series: FarSeries,
+    pub(super) series: FarSeries,
 }
 
 impl BodyGravity {
@@ -39,7 +28,7 @@ impl BodyGravity {
         Self { name: name.to_owned(), shape: *shape, canonical, series: FarSeries::new(shape) }
     }
 
-    fn ellipsoid(&self) -> Option<&Ellipsoid> {
+    pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
         match &self.shape {
             Shape::Ellipsoid(e) => Some(e),
             Shape::Point => None,
@@ -47,7 +36,7 @@ impl BodyGravity {
     }
 
     /// Semi-axes of the focal ellipse; zeros for a sphere or a point.
-    fn focal_axes(&self) -> [f64; 2] {
+    pub(super) fn focal_axes(&self) -> [f64; 2] {
         self.ellipsoid().map_or([0.0; 2], Ellipsoid::focal_axes)
     }
 }
@@ -60,11 +49,11 @@ pub struct Rule {
     /// The order of the rule.
     pub order: Order,
     /// The polynomial degree it was made for.
-    degree: usize,
-    nodes: Arc<Nodes>,
-    kernel: Kernel,
-    /// Smallest separation that the kernel is made for.
-    valid_from: f64,
+    pub(super) degree: usize,
+    pub(super) nodes: Arc<Nodes>,
+    pub(super) kernel: Kernel,
+    /// Smallest separation that the kernel is made for, in the pair's unit.
+    pub(super) valid_from: f64,
 }
 
 impl Rule {
@@ -75,7 +64,7 @@ impl Rule {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Kernel {
+pub(super) enum Kernel {
     Far(FarCut),
     Near(Near),
 }
@@ -83,23 +72,16 @@ enum Kernel {
 /// Two bodies and the method of their interaction.
 #[derive(Debug, Clone)]
 pub struct Pair {
-    method: Method,
-    tolerance: f64,
-    fixed: Option<Order>,
+    pub(super) method: Method,
+    pub(super) tolerance: f64,
+    pub(super) fixed: Option<Order>,
     arch: Arch,
-    bodies: [BodyGravity; 2],
+    /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
+    pub(super) unit: f64,
+    pub(super) bodies: [BodyGravity; 2],
     multipole: Option<Multipole>,
-    rule: Option<Rule>,
-    made: Vec<Made>,
-}
-
-/// A rule's nodes, kept for the next time.
-#[derive(Debug, Clone)]
-struct Made {
-    order: Order,
-    surface: bool,
-    point: bool,
-    nodes: Arc<Nodes>,
+    pub(super) rule: Option<Rule>,
+    pub(super) made: Vec<Made>,
 }
 
 impl Pair {
@@ -112,16 +94,24 @@ impl Pair {
         fixed: Option<Order>,
         arch: Arch,
     ) -> Self {
+        let unit = match (&first.shape, &second.shape) {
+            (Shape::Point, other) | (other, Shape::Point) => other.natural_unit(),
+            (first, second) => first.natural_unit().max(second.natural_unit()),
+        };
+        let scaled = |body: BodyGravity| BodyGravity::new(&body.name, &body.shape.scaled(1.0 / unit));
+        let bodies = [scaled(first), scaled(second)];
         let multipole = match method {
-            Method::Multipole(degree) => Some(Multipole::new(&first.shape, &second.shape, degree)),
+            Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
             _ => None,
         };
+        let points = bodies.iter().all(|body| body.shape == Shape::Point);
         Self {
-            method,
+            method: if points { Method::Point } else { method },
             tolerance,
             fixed,
             arch,
-            bodies: [first, second],
+            unit,
+            bodies,
             multipole,
             rule: None,
             made: Vec::new(),
@@ -133,216 +123,75 @@ impl Pair {
         self.rule.as_ref()
     }
 
-    /// Forgets the rule, so that the next choice does not depend on the past.
-    pub fn reset(&mut self) {
-        self.rule = None;
-    }
-
-    /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
-    /// between steps.
-    pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<()> {
-        if matches!(self.method, Method::Multipole(_) | Method::Point) {
-            return Ok(());
-        }
-        let distance = pose.separation.norm();
-        let reach = distance * (1.0 - closing);
-        let scaled = Pose { separation: pose.separation * (reach / distance), ..*pose };
-        match (self.fixed, self.by_bounds(&scaled)) {
-            (Some(order), choice) => {
-                let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
-                self.adopt(integrated, degree, order, reach);
-                Ok(())
-            }
-            (None, Some((integrated, degree))) => {
-                let keep = self.rule.as_ref().is_some_and(|rule| {
-                    rule.integrated == integrated && (degree..=degree + SLACK).contains(&rule.degree)
-                });
-                let degree = match &self.rule {
-                    Some(rule) if keep => rule.degree,
-                    _ => degree + SLACK / 2,
-                };
-                self.adopt(integrated, degree, self.order(degree), reach);
-                Ok(())
-            }
-            (None, None) => self.by_comparison(&scaled, reach),
-        }
-    }
-
-    /// The body to integrate over and the degree, where a bound gives them.
-    fn by_bounds(&self, pose: &Pose) -> Option<(usize, usize)> {
-        let degree = |integrated: usize| {
-            let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
-            let Some(ellipsoid) = set.ellipsoid() else {
-                // The surface method integrates over a surface wherever there is one.
-                return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some(0);
-            };
-            let roles = self.roles_of(integrated, pose);
-            let centre = roles.turn.transpose() * roles.origin;
-            let other = field.focal_axes()[0];
-            match self.method {
-                Method::Surface => surface_degree(ellipsoid, &centre, other, self.tolerance),
-                _ if ellipsoid.focal_axes()[0] == 0.0 => Some(0),
-                _ => focal_degree(ellipsoid, &centre, other, self.tolerance),
-            }
-        };
-        self.cheaper([degree(0), degree(1)])
-    }
-
-    /// The same by the rate of the confocal family; no bound.
-    fn by_guess(&self, pose: &Pose) -> (usize, usize) {
-        let degree = |integrated: usize| {
-            let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
-            let ellipsoid = set.ellipsoid()?;
-            let roles = self.roles_of(integrated, pose);
-            let from_field = roles.turn.transpose();
-            let [p, q] = field.ellipsoid().map_or([Vec3::zeros(); 2], |e| focal_vectors(e, &from_field));
-            let kappa = closest_confocal(ellipsoid, &(from_field * -roles.origin), &p, &q);
-            Some(guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance))
-        };
-        self.cheaper([degree(0), degree(1)]).unwrap_or((0, MAX_RULE_DEGREE))
-    }
-
-    /// The lower of two degrees; the body in use stays unless the other one is clearly better.
-    fn cheaper(&self, degrees: [Option<usize>; 2]) -> Option<(usize, usize)> {
-        let in_use = self.rule.as_ref().map(|rule| rule.integrated);
-        let cost = |integrated: usize| {
-            let hysteresis = if in_use.is_some_and(|used| used != integrated) { SLACK } else { 0 };
-            degrees[integrated].map(|degree| (degree + hysteresis, integrated))
-        };
-        let (_, integrated) = [cost(0), cost(1)].into_iter().flatten().min()?;
-        degrees[integrated].map(|degree| (integrated, degree))
-    }
-
-    /// Raises the degree until a rule agrees with a finer one.
-    fn by_comparison(&mut self, pose: &Pose, reach: f64) -> Result<()> {
-        let (integrated, guess) = self.by_guess(pose);
-        let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
-        let mut level = LADDER.iter().position(|&d| d >= in_use.unwrap_or(guess)).unwrap_or(LADDER.len() - 1);
-        self.adopt(integrated, LADDER[level], self.order(LADDER[level]), reach);
-        let mut coarse = self.interaction(pose);
-        while level + 1 < LADDER.len() {
-            let degree = LADDER[level + 1];
-            self.adopt(integrated, degree, self.order(degree), reach);
-            let fine = self.interaction(pose);
-            let difference = fine.difference(&coarse);
-            if difference <= self.tolerance.max(ROUND_OFF) {
-                // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
-                let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };
-                let degree = if lower < level && self.agrees(integrated, LADDER[lower], pose, reach, &fine) {
-                    LADDER[lower]
-                } else {
-                    LADDER[level]
-                };
-                self.adopt(integrated, degree, self.order(degree), reach);
-                return Ok(());
-            }
-            coarse = fine;
-            level += 1;
-        }
-        Err(Error::NotConverged {
-            what: format!(
-                "{} quadrature between {} and {}",
-                self.method, self.bodies[0].name, self.bodies[1].name
-            ),
-            detail: format!(
-                "at separation {} a rule of degree {MAX_RULE_DEGREE} does not reach the tolerance {:e}; use \
-                 gravity=\"focal\", a larger gravity_tolerance or order=",
-                pose.separation.norm(),
-                self.tolerance
-            ),
-        })
-    }
-
-    fn agrees(
-        &mut self,
-        integrated: usize,
-        degree: usize,
-        pose: &Pose,
-        reach: f64,
-        fine: &Interaction,
-    ) -> bool {
-        self.adopt(integrated, degree, self.order(degree), reach);
-        self.interaction(pose).difference(fine) <= 0.1 * self.tolerance
-    }
-
-    fn order(&self, degree: usize) -> Order {
-        match self.method {
-            Method::Surface => Order::surface(degree),
-            _ => Order::focal(degree),
-        }
-    }
-
-    /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
-    fn adopt(&mut self, integrated: usize, degree: usize, order: Order, reach: f64) {
-        if let Some(rule) = &self.rule
-            && rule.integrated == integrated
-            && rule.order == order
-            && (rule.valid_from..1.3 * rule.valid_from).contains(&reach)
-        {
-            return;
-        }
-        let valid_from = 0.95 * reach;
-        let kernel = self.kernel(integrated, valid_from);
-        let nodes = self.nodes(integrated, order);
-        self.rule = Some(Rule { integrated, order, degree, nodes, kernel, valid_from });
-    }
-
     /// Whether the rule in force holds at this separation.
     #[inline]
     pub fn covers(&self, distance: f64) -> bool {
-        self.rule.as_ref().is_none_or(|rule| distance >= rule.valid_from)
+        self.rule.as_ref().is_none_or(|rule| distance >= rule.valid_from * self.unit)
     }
 
     /// Force and torques with the rule in force.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
-        if let Some(multipole) = &self.multipole {
-            return multipole.interaction(pose);
-        }
-        let Some(rule) = &self.rule else { return monopole(pose) };
-        let [field, set] = self.field_and_set(rule);
-        let roles = self.roles(rule, pose);
-        let balance = match &rule.kernel {
-            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles),
-            Kernel::Near(near) => self.balance(*near, rule, set, &roles),
-        };
-        let to_field_body = field.canonical.transpose();
-        let (rotation_field, torque_set) = match rule.integrated {
-            0 => {
-                (pose.rotation_second, set.canonical.transpose() * (roles.turn.transpose() * balance.torque))
-            }
-            _ => (pose.rotation_first, set.canonical.transpose() * (roles.turn.transpose() * balance.torque)),
-        };
-        let force = rotation_field * (to_field_body * balance.force);
-        let torque_field = to_field_body * balance.torque_field;
-        match rule.integrated {
-            0 => Interaction { force_on_first: force, torque_first: torque_set, torque_second: torque_field },
-            _ => {
-                Interaction { force_on_first: -force, torque_first: torque_field, torque_second: torque_set }
-            }
+        let f = self.scaled_interaction(&self.scaled(pose));
+        Interaction {
+            force_on_first: f.force_on_first / self.unit / self.unit,
+            torque_first: f.torque_first / self.unit,
+            torque_second: f.torque_second / self.unit,
         }
     }
 
     /// Potential energy per unit G m m with the rule in force: negative.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
+        let pose = self.scaled(pose);
+        let mutual_potential = match (&self.multipole, &self.rule) {
+            (Some(multipole), _) => multipole.mutual_potential(&pose),
+            (None, None) => 1.0 / pose.separation.norm(),
+            (None, Some(rule)) => {
+                let [field, set] = self.field_and_set(rule);
+                let roles = self.roles(rule.integrated, &pose);
+                match &rule.kernel {
+                    Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles),
+                    Kernel::Near(near) => self.potential(*near, rule, set, &roles),
+                }
+            }
+        };
+        -mutual_potential / self.unit
+    }
+
+    pub(super) fn scaled(&self, pose: &Pose) -> Pose {
+        Pose { separation: pose.separation / self.unit, ..*pose }
+    }
+
+    /// The interaction in the pair's unit of length.
+    pub(super) fn scaled_interaction(&self, pose: &Pose) -> Interaction {
         if let Some(multipole) = &self.multipole {
-            return -multipole.mutual_potential(pose);
+            return multipole.interaction(pose);
         }
-        let Some(rule) = &self.rule else { return -1.0 / pose.separation.norm() };
+        let Some(rule) = &self.rule else { return monopole(pose) };
         let [field, set] = self.field_and_set(rule);
-        let roles = self.roles(rule, pose);
-        -match &rule.kernel {
-            Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles),
-            Kernel::Near(near) => self.potential(*near, rule, set, &roles),
+        let roles = self.roles(rule.integrated, pose);
+        let balance = match &rule.kernel {
+            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles),
+            Kernel::Near(near) => self.balance(*near, rule, set, &roles),
+        };
+        let to_field_body = field.canonical.transpose();
+        let torque_field = to_field_body * balance.torque_field;
+        let torque_set = set.canonical.transpose() * (roles.turn.transpose() * balance.torque);
+        let force = to_field_body * balance.force;
+        match rule.integrated {
+            0 => Interaction {
+                force_on_first: pose.rotation_second * force,
+                torque_first: torque_set,
+                torque_second: torque_field,
+            },
+            _ => Interaction {
+                force_on_first: pose.rotation_first * -force,
+                torque_first: torque_field,
+                torque_second: torque_set,
+            },
         }
     }
 
-    fn balance(
-        &self,
-        kernel: impl crate::gravity::FieldKernel,
-        rule: &Rule,
-        set: &BodyGravity,
-        roles: &Roles,
-    ) -> Balance {
+    fn balance(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> Balance {
         match set.ellipsoid() {
             Some(e) if self.method == Method::Surface => {
                 surface::force_and_torque(self.arch, kernel, &rule.nodes, e.sorted(), roles)
@@ -351,13 +200,7 @@ impl Pair {
         }
     }
 
-    fn potential(
-        &self,
-        kernel: impl crate::gravity::FieldKernel,
-        rule: &Rule,
-        set: &BodyGravity,
-        roles: &Roles,
-    ) -> f64 {
+    fn potential(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> f64 {
         match set.ellipsoid() {
             Some(e) if self.method == Method::Surface => {
                 surface::mutual_potential(self.arch, kernel, &rule.nodes, e.sorted(), roles)
@@ -370,11 +213,7 @@ impl Pair {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
-    fn roles(&self, rule: &Rule, pose: &Pose) -> Roles {
-        self.roles_of(rule.integrated, pose)
-    }
-
-    fn roles_of(&self, integrated: usize, pose: &Pose) -> Roles {
+    pub(super) fn roles(&self, integrated: usize, pose: &Pose) -> Roles {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let (rotation_field, rotation_set, separation) = match integrated {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
@@ -383,45 +222,10 @@ impl Pair {
         let to_field = field.canonical * rotation_field.transpose();
         Roles { origin: to_field * separation, turn: to_field * rotation_set * set.canonical.transpose() }
     }
-
-    fn kernel(&self, integrated: usize, distance: f64) -> Kernel {
-        let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
-        let radius = match self.method {
-            Method::Surface => set.shape.circumradius(),
-            _ => set.focal_axes()[0],
-        };
-        let closest = (distance - radius).max(0.0);
-        let kappa_min = closest * closest - field.shape.circumradius().powi(2);
-        match (field.series.cut_for(kappa_min, 0.1 * self.tolerance), field.ellipsoid()) {
-            (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
-            (cut, _) => Kernel::Far(cut.unwrap_or_default()),
-        }
-    }
-
-    /// The nodes of a rule; each is made once.
-    fn nodes(&mut self, integrated: usize, order: Order) -> Arc<Nodes> {
-        let set = &self.bodies[integrated];
-        let surface = self.method == Method::Surface && set.ellipsoid().is_some();
-        let point = !surface && set.focal_axes()[0] == 0.0;
-        let made = self
-            .made
-            .iter()
-            .find(|made| made.order == order && made.surface == surface && made.point == point);
-        if let Some(made) = made {
-            return made.nodes.clone();
-        }
-        let nodes = Arc::new(match (surface, point) {
-            (true, _) => Nodes::sphere(order),
-            (_, true) => Nodes::centre(),
-            _ => Nodes::focal(order),
-        });
-        self.made.push(Made { order, surface, point, nodes: nodes.clone() });
-        nodes
-    }
 }
 
 fn monopole(pose: &Pose) -> Interaction {
     let r = pose.separation.norm();
     let zero = Vec3::zeros();
-    Interaction { force_on_first: pose.separation / (r * r * r), torque_first: zero, torque_second: zero }
+    Interaction { force_on_first: pose.separation / r / r / r, torque_first: zero, torque_second: zero }
 }

@@ -5,15 +5,16 @@
 //!
 //!   F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
 //!
-//! A constant part of Phi contributes nothing to force and torque but round-off. It is left out: Phi less its monopole
-//! at the centre, taken apart as (1/|x| - 1/|x_0|) + K, K = Phi - 1/|x|, without cancellation, x_0 the centre.
-//! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, again without
-//! cancellation; with the rest it still makes up M_A + M_B + r x F_B = 0.
+//! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in closed form:
+//! they give no force and the force -x_0/|x_0|^3, and no torque, but would drown the rest in their round-off. What is
+//! summed is the monopole beyond its linear part, and K - K(x_0) with K = Phi - 1/|x|, both without cancellation.
+//! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, without the
+//! round-off of the monopole's lever; with the rest it still makes up M_A + M_B + r x F_B = 0.
 
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Total, dot, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -32,8 +33,9 @@ pub(super) fn force_and_torque(
     let force = |m: &Moments| roles.turn * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
     let torque = |m: &Moments| roles.turn * (3.0 * lever.component_mul(&m.second));
     let (force_excess, torque_excess) = (force(&excess), torque(&excess));
+    let r = roles.origin.norm();
     Balance {
-        force: force(&monopole) + force_excess,
+        force: force(&monopole) - roles.origin / r / r / r + force_excess,
         torque: torque(&monopole) + torque_excess,
         torque_field: -(torque_excess + roles.origin.cross(&force_excess)),
     }
@@ -59,13 +61,12 @@ fn surface_point<S: Simd>(
 ) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
     let c = |value| unit[0].constant(value);
     let y = [unit[0] * c(semi_axes[0]), unit[1] * c(semi_axes[1]), unit[2] * c(semi_axes[2])];
-    let turn = &roles.turn;
-    let x = [0, 1, 2].map(|i| {
-        y[0].mul_add(
-            c(turn[(i, 0)]),
-            y[1].mul_add(c(turn[(i, 1)]), y[2].mul_add(c(turn[(i, 2)]), c(roles.origin[i]))),
-        )
-    });
+    let mut x = [c(roles.origin.x), c(roles.origin.y), c(roles.origin.z)];
+    for i in 0..3 {
+        for k in 0..3 {
+            x[i] = y[k].mul_add(c(roles.turn[(i, k)]), x[i]);
+        }
+    }
     (y, x)
 }
 
@@ -89,36 +90,45 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [Moments; 2] {
         let [u, v, w] = &self.nodes.points;
-        let ((u, _), (v, _), (w, _)) = (S::as_simd_f64s(u), S::as_simd_f64s(v), S::as_simd_f64s(w));
-        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
         let origin = self.roles.origin;
-        let centre = splat(origin.norm());
-        let twice_origin = (self.roles.turn.transpose() * origin * 2.0).map(|v| v);
-        let (mut first, mut second) = ([[splat(0.0); 3]; 2], [[splat(0.0); 3]; 2]);
-        for (((&u, &v), &w), &weight) in u.iter().zip(v).zip(w).zip(weights) {
-            let unit = [Lanes::new(simd, u), Lanes::new(simd, v), Lanes::new(simd, w)];
+        let inverse_centre = splat(1.0 / origin.norm());
+        let inverse_square = inverse_centre * inverse_centre;
+        let half_inverse_centre = splat(0.5) * inverse_centre;
+        let twice_origin = self.roles.turn.transpose() * origin * 2.0;
+        let at_centre = [splat(origin.x), splat(origin.y), splat(origin.z)];
+        let (excess_at_centre, _) = self.kernel.excess_potential(at_centre);
+        let zero = Total::zero(simd);
+        let (mut first, mut second) = ([[zero; 3]; 2], [[zero; 3]; 2]);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
             let (excess, _) = self.kernel.excess_potential(x);
-            // |x|^2 - |x_0|^2 = y . (y + 2 x_0), then 1/|x| - 1/|x_0| without cancellation.
+            // With s = |x|/|x_0| and s^2 - 1 = y . (y + 2 x_0)/|x_0|^2, the monopole beyond its linear part is
+            // ((s - 1)^2 (s + 2)/s - y^2/|x_0|^2) / (2 |x_0|).
             let mut gain = splat(0.0);
             for i in 0..3 {
                 gain = y[i].mul_add(y[i] + splat(twice_origin[i]), gain);
             }
-            let distance = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2])).sqrt();
-            let monopole = -gain / (distance * centre * (distance + centre));
-            let weight = Lanes::new(simd, weight);
-            let parts = [weight * monopole, weight * excess];
+            let s = dot(x, x).sqrt() * inverse_centre;
+            let beyond = gain * inverse_square / (s + splat(1.0));
+            let monopole = beyond * beyond * (s + splat(2.0)) / s - dot(y, y) * inverse_square;
+            let monopole = monopole * half_inverse_centre;
+            let parts = [weight * monopole, weight * (excess - excess_at_centre)];
             for i in 0..3 {
                 let product = unit[(i + 1) % 3] * unit[(i + 2) % 3];
                 for (part, f) in parts.into_iter().enumerate() {
-                    first[part][i] = f.mul_add(unit[i], first[part][i]);
-                    second[part][i] = f.mul_add(product, second[part][i]);
+                    first[part][i].add_product(f, unit[i]);
+                    second[part][i].add_product(f, product);
                 }
             }
         }
-        let total = |v: [Lanes<S>; 3]| Vec3::new(v[0].reduce_sum(), v[1].reduce_sum(), v[2].reduce_sum());
-        [0, 1].map(|part| Moments { first: total(first[part]), second: total(second[part]) })
+        [
+            Moments { first: total_vector(first[0]), second: total_vector(second[0]) },
+            Moments { first: total_vector(first[1]), second: total_vector(second[1]) },
+        ]
     }
 }
 
@@ -135,19 +145,20 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let [u, v, w] = &self.nodes.points;
-        let ((u, _), (v, _), (w, _)) = (S::as_simd_f64s(u), S::as_simd_f64s(v), S::as_simd_f64s(w));
-        let (weights, _) = S::as_simd_f64s(&self.nodes.weights);
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
         let turn = &self.roles.turn;
-        let mut sum = splat(0.0);
-        for (((&u, &v), &w), &weight) in u.iter().zip(v).zip(w).zip(weights) {
-            let unit = [Lanes::new(simd, u), Lanes::new(simd, v), Lanes::new(simd, w)];
+        let mut sum = Total::zero(simd);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
             let (excess, rd) = self.kernel.excess_potential(x);
-            let distance = x[0].mul_add(x[0], x[1].mul_add(x[1], x[2] * x[2])).sqrt();
+            let distance = dot(x, x).sqrt();
             let phi = splat(1.0) / distance + excess;
             // n . g with n = u_i / a_i in the surface's frame, turned into the field's; g_i = -x_i R_i.
-            let normal = [0, 1, 2].map(|i| unit[i] * splat(1.0 / self.semi_axes[i]));
+            let [a, b, c] = self.semi_axes;
+            let normal = [unit[0] * splat(1.0 / a), unit[1] * splat(1.0 / b), unit[2] * splat(1.0 / c)];
             let mut flux = splat(0.0);
             for i in 0..3 {
                 let n = normal[0].mul_add(
@@ -156,9 +167,9 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
                 );
                 flux = (n * x[i]).mul_add(-rd[i], flux);
             }
-            let y2 = y[0].mul_add(y[0], y[1].mul_add(y[1], y[2] * y[2]));
-            sum = Lanes::new(simd, weight).mul_add(phi - splat(0.5) * y2 * flux, sum);
+            let y2 = dot(y, y);
+            sum.add_product(weight, phi - splat(0.5) * y2 * flux);
         }
-        sum.reduce_sum()
+        sum.value()
     }
 }

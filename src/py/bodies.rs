@@ -7,6 +7,8 @@ use crate::shape::{Body, Shape};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
 /// A shape with a mass; semi-axes `None` for a point.
 #[pyclass(frozen, name = "Body", module = "fullbody._core")]
 pub struct PyBody {
@@ -28,11 +30,9 @@ impl PyBody {
             (Some(mass), None) => Body::with_mass(name, shape, mass),
             (None, Some(density)) => Body::with_density(name, shape, density),
             (Some(_), Some(_)) => {
-                Err(Error::invalid(format!("{name}"), "given both a mass and a density", "one of the two"))
+                Err(Error::invalid(name, "given both a mass and a density", "one of the two"))
             }
-            (None, None) => {
-                Err(Error::invalid(format!("{name}"), "given neither mass nor density", "one of the two"))
-            }
+            (None, None) => Err(Error::invalid(name, "given neither mass nor density", "one of the two")),
         }?;
         Ok(Self { inner })
     }
@@ -51,7 +51,7 @@ impl PyBody {
     }
 
     #[getter]
-    fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         array(py, self.inner.inertia().as_slice().to_vec(), &[3])
     }
 }
@@ -64,7 +64,7 @@ pub fn exterior_gravity<'py>(
     body: &PyBody,
     gravitational_constant: f64,
     points: PyReadonlyArrayDyn<'py, f64>,
-) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+) -> PyResult<(Array<'py>, Array<'py>)> {
     let field = ExteriorField::new(&body.inner, gravitational_constant);
     let points = vectors("points", &points)?;
     let potential = points.iter().map(|p| field.potential(p)).collect::<Result<Vec<_>, _>>()?;

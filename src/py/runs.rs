@@ -9,6 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 
+type RuleRow = (usize, usize, usize, usize, (usize, usize));
+
 /// The stepping object.
 #[pyclass(name = "Simulation", module = "fullbody._core")]
 pub struct PySimulation {
@@ -52,13 +54,23 @@ impl PySimulation {
 
     /// The quadrature in force for each pair: (i, j, integrated body, points, (n, m)).
     #[getter]
-    fn rules(&self) -> Vec<(usize, usize, usize, usize, (usize, usize))> {
+    fn rules(&self) -> Vec<RuleRow> {
         let rule = |(i, j, pair): (usize, usize, &crate::mutual::Pair)| {
             let rule = pair.rule()?;
             let integrated = if rule.integrated == 0 { i } else { j };
             Some((i, j, integrated, rule.nodes(), (rule.order.gauss, rule.order.angles)))
         };
         self.inner.dynamics().pairs().filter_map(rule).collect()
+    }
+
+    /// Shortest time of an evaluation of the rates of change at the present state, seconds.
+    fn time_evaluation(&mut self, py: Python<'_>, number: usize, repeats: usize) -> Result<f64, Error> {
+        py.detach(|| self.inner.time_evaluation(number, repeats))
+    }
+
+    /// Shortest time of an interaction of the first pair at the present state, seconds.
+    fn time_interaction(&self, py: Python<'_>, number: usize, repeats: usize) -> f64 {
+        py.detach(|| self.inner.time_interaction(number, repeats))
     }
 
     fn step(&mut self, py: Python<'_>, end: f64) -> Result<(), Error> {

@@ -10,9 +10,12 @@
 //! Focal ellipse, within a disc of radius p: by the theorem of Bernstein, Walsh and Siciak the rate is e^V, V the smallest
 //! value that the disc's extremal function takes where the potential of a mass point is singular. Lundin's function is
 //! cosh 2V = |y|^2 + |y.y - 1|, and for a point at the distance h from the disc's axis and v from its plane (in units of p)
-//! its minimum over the complex cone (y_1 - h)^2 + y_2^2 + v^2 = 0 lies at y = (h, i v):
+//! its minimum over the complex cone (y_1 - h)^2 + y_2^2 + v^2 = 0 lies at y_1 = h - q, y_2 = i sqrt(q^2 + v^2), with
 //!
-//!   cosh^2 V = max(h^2, 1 + v^2).
+//!   sinh^2 V = v^2 + q^2,    q = max(0, h^2 - v^2 - 1) / (2 h):
+//!
+//! rate = h in the disc's plane, v + sqrt(1 + v^2) on its axis. The mean over the disc of the first power that a rule of
+//! degree L misses is smaller by about L^2, and the field is larger than the potential by about L.
 //!
 //! (Lundin 1985, Contemp. Math. 137, 327; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
 //! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
@@ -56,7 +59,7 @@ pub fn surface_degree(
     other_focal: f64,
     tolerance: f64,
 ) -> Option<usize> {
-    degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance)
+    degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance, 0.0)
 }
 
 /// The degree to which the focal rule has to be exact, or `None` for bodies too close for the bound; see
@@ -65,15 +68,16 @@ pub fn focal_degree(ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64, tole
     let p = ellipsoid.focal_axes()[0];
     let h = (centre.xy().norm() - other_focal).max(0.0) / p;
     let v = (centre.z.abs() - other_focal).max(0.0) / p;
-    let cosh = h.max(1.0f64.hypot(v));
-    degree_for(cosh + ((cosh - 1.0) * (cosh + 1.0)).sqrt(), tolerance)
+    let beyond = h * h - v * v - 1.0;
+    let sinh = if beyond > 0.0 { v.hypot(beyond / (2.0 * h)) } else { v };
+    degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0)
 }
 
-/// The smallest degree L with L rate^-L below the tolerance (the field is as singular as the square of an inverse
-/// distance, which costs the factor L), and two more for the torque, which is smaller than lever times force.
-fn degree_for(rate: f64, tolerance: f64) -> Option<usize> {
-    let without_factor = -tolerance.ln() / rate.ln();
-    (rate >= SLOWEST_RATE).then(|| (without_factor + without_factor.ln_1p() / rate.ln()).ceil() as usize + 2)
+/// The smallest degree L with L^-power rate^-L below the tolerance, and two more for the torque, which is smaller than
+/// lever times force.
+fn degree_for(rate: f64, tolerance: f64, power: f64) -> Option<usize> {
+    let plain = -tolerance.ln() / rate.ln();
+    (rate >= SLOWEST_RATE).then(|| (plain - power * plain.ln_1p() / rate.ln()).ceil().max(0.0) as usize + 2)
 }
 
 /// A first guess for close bodies: the degree by the ratio of the conformal radii of two confocal ellipses.
@@ -92,8 +96,11 @@ pub fn guess_degree(ellipsoid: &Ellipsoid, flat: bool, kappa: f64, tolerance: f6
 pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3) -> f64 {
     let a = ellipsoid.sorted()[0];
     let clearance = centre.norm() - p.norm();
-    if clearance > 1.5 * a || p.norm() == 0.0 {
-        return confocal(ellipsoid, centre).min((clearance * clearance - a * a).max(0.0));
+    if p.norm() == 0.0 {
+        return confocal(ellipsoid, centre);
+    }
+    if clearance > 1.5 * a {
+        return clearance * clearance - a * a;
     }
     const RIM: usize = 24;
     let at = |radius: f64, angle: f64| {
@@ -111,8 +118,8 @@ pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3
 }
 
 fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
-    let square = |v: f64| Lanes::new(Scalar, v * v);
-    crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).raw
+    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
 }
 
 /// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.

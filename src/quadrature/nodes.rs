@@ -1,12 +1,12 @@
 //! Nodes and weights.
 
 use super::Order;
-use crate::math::lanes::MAX_LANES;
+use crate::math::lanes::BLOCK;
 use gauss_quad::GaussLegendre;
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 
-/// Points with weights that add up to one, stored by component and padded with weightless points to whole vectors.
+/// Points with weights that add up to one, stored by component and padded with weightless points to whole blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nodes {
     /// Coordinates; the focal rule has no third.
@@ -79,7 +79,7 @@ impl Nodes {
 
     fn padded(mut self) -> Self {
         self.count = self.weights.len();
-        let length = self.count.next_multiple_of(MAX_LANES);
+        let length = self.count.next_multiple_of(BLOCK);
         self.points.iter_mut().for_each(|p| p.resize(length, 0.0));
         self.weights.resize(length, 0.0);
         self

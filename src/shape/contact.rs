@@ -35,11 +35,12 @@ pub fn contact_function(
         (Shape::Point, Shape::Ellipsoid(e)) => return gauge(e, &(rotation_second.transpose() * separation)),
         _ => {}
     }
-    let value = |s: f64| {
-        let inverse = ((1.0 - s) * a + s * b).cholesky();
-        inverse.map_or(0.0, |m| s * (1.0 - s) * r.dot(&m.solve(&r)))
-    };
-    maximum_of_concave(value)
+    // Over u = ln(s / (1 - s)), where the maximum of bodies of very different size is not squeezed to an end.
+    maximum(|u: f64| {
+        let (s, rest) = (1.0 / (1.0 + (-u).exp()), 1.0 / (1.0 + u.exp()));
+        let inverse = (rest * a + s * b).cholesky();
+        inverse.map_or(0.0, |m| s * rest * r.dot(&m.solve(&r)))
+    })
 }
 
 /// Whether the interiors of two bodies share a point. Touching surfaces do not overlap.
@@ -53,11 +54,11 @@ pub fn overlap(
     // Rounding of the contact function: a gap this small relative to the bodies is contact.
     const TOUCHING: f64 = 1e-13;
     let distance = separation.norm();
-    if distance >= first.circumradius() + second.circumradius() {
-        return false;
+    if distance == 0.0 {
+        return true;
     }
-    distance == 0.0
-        || contact_function(first, second, separation, rotation_first, rotation_second) < 1.0 - TOUCHING
+    distance < first.circumradius() + second.circumradius()
+        && contact_function(first, second, separation, rotation_first, rotation_second) < 1.0 - TOUCHING
 }
 
 /// Sum of x_i^2 / a_i^2: below one inside.
@@ -65,14 +66,15 @@ fn gauge(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
     x.component_div(&Vec3::from(ellipsoid.semi_axes())).norm_squared()
 }
 
-/// Maximum over [0, 1] by golden sections.
-fn maximum_of_concave(f: impl Fn(f64) -> f64) -> f64 {
+/// Maximum of a function with one maximum, by golden sections.
+fn maximum(f: impl Fn(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let (mut low, mut high) = (0.0, 1.0);
-    let (mut s, mut t) = (1.0 - GOLDEN, GOLDEN);
+    // Beyond these ends one body is smaller than the round-off of the other.
+    let (mut low, mut high) = (-40.0, 40.0);
+    let (mut s, mut t) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
     let (mut fs, mut ft) = (f(s), f(t));
-    // The value is flat at its maximum, so that half the digits in s give all of them in F.
-    while high - low > 1e-9 {
+    // The value is flat at its maximum, so that half the digits in u give all of them in F.
+    while high - low > 1e-8 {
         if fs < ft {
             (low, s, fs) = (s, t, ft);
             t = low + GOLDEN * (high - low);

@@ -32,6 +32,15 @@ impl Ellipsoid {
         Ok(Self { semi_axes, sorted: order.map(|i| semi_axes[i]), canonical })
     }
 
+    /// The same shape with all lengths times a factor above zero.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            semi_axes: self.semi_axes.map(|a| a * factor),
+            sorted: self.sorted.map(|a| a * factor),
+            canonical: self.canonical,
+        }
+    }
+
     /// Semi-axes along the body frame's x, y, z.
     pub fn semi_axes(&self) -> [f64; 3] {
         self.semi_axes

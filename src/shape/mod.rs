@@ -73,6 +73,23 @@ impl Shape {
         Self::ellipsoid([radius; 3])
     }
 
+    /// The same shape with all lengths times a factor above zero.
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::Ellipsoid(e) => Self::Ellipsoid(e.scaled(factor)),
+            Self::Point => Self::Point,
+        }
+    }
+
+    /// The power of two next below the largest semi-axis, an exact unit of length in which squares and cubes neither
+    /// overflow nor underflow; one for a point.
+    pub fn natural_unit(&self) -> f64 {
+        match self {
+            Self::Ellipsoid(_) => self.circumradius().log2().floor().exp2(),
+            Self::Point => 1.0,
+        }
+    }
+
     /// Largest distance of a surface point from the centre; zero for a point.
     pub fn circumradius(&self) -> f64 {
         match self {

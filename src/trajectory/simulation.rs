@@ -4,6 +4,7 @@ use super::Trajectory;
 use crate::dynamics::{Dynamics, Inner, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics, Stepper, Tolerance, VERNER98};
+use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -127,6 +128,27 @@ impl Simulation {
         Ok(())
     }
 
+    /// Shortest time of an evaluation of the rates of change at the present state, seconds; for benchmarks.
+    pub fn time_evaluation(&mut self, number: usize, repeats: usize) -> Result<f64> {
+        let high = self.stepper.vector().0.to_vec();
+        let mut rate = vec![0.0; high.len()];
+        self.dynamics.prepare(self.time(), &high, 0.0)?;
+        let equations = &mut self.dynamics.equations;
+        Ok(shortest(number, repeats, || {
+            let _ = black_box(equations.derivative(black_box(&high), &mut rate));
+        }))
+    }
+
+    /// Shortest time of an interaction of the first pair at the present state, seconds; for benchmarks.
+    pub fn time_interaction(&self, number: usize, repeats: usize) -> f64 {
+        let high = self.stepper.vector().0;
+        let Some((_, _, pair)) = self.dynamics.equations.pairs().next() else { return 0.0 };
+        let pose = self.dynamics.equations.first_pose(high);
+        shortest(number, repeats, || {
+            black_box(pair.interaction(black_box(&pose)));
+        })
+    }
+
     fn record_present(&mut self, record: &mut Trajectory) {
         let state = self.state();
         let high = self.stepper.vector().0.to_vec();
@@ -138,6 +160,15 @@ impl Simulation {
         let momentum = self.dynamics.equations.angular_momentum(state);
         record.push(state, &energy, &momentum);
     }
+}
+
+fn shortest(number: usize, repeats: usize, mut call: impl FnMut()) -> f64 {
+    let time = |_| {
+        let started = Instant::now();
+        (0..number).for_each(|_| call());
+        started.elapsed().as_secs_f64() / number.max(1) as f64
+    };
+    (0..repeats).map(time).fold(f64::INFINITY, f64::min)
 }
 
 /// The times that are still to be recorded.

@@ -1,4 +1,6 @@
 //! Kepler's orbits against closed forms, arbitrary precision and rebound.
+// Angles that happen to be a constant are data like the others.
+#![allow(clippy::approx_constant)]
 
 use crate::support::*;
 use fullbody::math::Vec3;

@@ -1,7 +1,10 @@
 //! Reference data and comparisons.
 
 use fullbody::math::{Mat3, Vec3, rotation};
+use proptest::prelude::*;
+use proptest::test_runner::Config;
 use serde_json::Value;
+use std::f64::consts::TAU;
 
 /// A file of `tests/data`.
 pub fn data(name: &str) -> Value {
@@ -44,4 +47,49 @@ pub fn close_vector(actual: &Vec3, expected: &Vec3, tolerance: f64) {
         error <= tolerance,
         "{actual:?} differs from {expected:?} by {error:.2e}, allowed {tolerance:.0e}"
     );
+}
+
+/// Fails unless the error is within the tolerance; for errors that are not relative to one number.
+#[track_caller]
+pub fn within(error: f64, tolerance: f64, what: impl std::fmt::Display) {
+    assert!(error <= tolerance, "{what}: error {error:.2e}, allowed {tolerance:.0e}");
+}
+
+/// The message of a refusal.
+#[track_caller]
+pub fn refusal<T>(result: fullbody::error::Result<T>) -> String {
+    match result {
+        Ok(_) => panic!("accepted"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Any direction.
+pub fn direction() -> impl Strategy<Value = Vec3> {
+    (-1.0..1.0f64, 0.0..TAU).prop_map(|(z, angle)| {
+        let s = (1.0 - z * z).sqrt();
+        Vec3::new(s * angle.cos(), s * angle.sin(), z)
+    })
+}
+
+/// Any attitude.
+pub fn turn() -> impl Strategy<Value = Mat3> {
+    (direction(), 0.0..TAU).prop_map(|(axis, angle)| rotation_about(&axis, angle))
+}
+
+/// Rodrigues' formula: the turn by an angle about a unit axis.
+pub fn rotation_about(axis: &Vec3, angle: f64) -> Mat3 {
+    let cross = axis.cross_matrix();
+    Mat3::identity() + cross * angle.sin() + cross * cross * (1.0 - angle.cos())
+}
+
+/// Semi-axes with a ratio of at most `flattest`, in any order.
+pub fn semi_axes(flattest: f64) -> impl Strategy<Value = [f64; 3]> {
+    [flattest..1.0f64, flattest..1.0f64, flattest..1.0f64]
+}
+
+/// Modest numbers of cases, the same ones in every run: a failure belongs to a change, not to luck.
+pub fn cases(number: u32) -> Config {
+    let rng_seed = proptest::test_runner::RngSeed::Fixed(1930);
+    Config { cases: number, max_shrink_iters: 50, failure_persistence: None, rng_seed, ..Config::default() }
 }

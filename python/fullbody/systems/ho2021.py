@@ -1,8 +1,4 @@
-"""Ready-made systems, each with its source.
-
-Each function gives ``(system, state)``. Options of :class:`fullbody.System` (``gravity=``, ``order=``, ...) are passed
-on.
-"""
+"""1999 KW4 and the dimensionless cases of Ho, Wold, Conway & Poursina (2021)."""
 
 from __future__ import annotations
 
@@ -10,13 +6,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .bodies import Body, Ellipsoid
-from .elements import KeplerElements
-from .errors import InvalidInput
+from ..bodies import Body, Ellipsoid
+from ..elements import KeplerElements
+from ..errors import InvalidInput
 
 if TYPE_CHECKING:
-    from .state import State
-    from .system import System
+    from ..state import State
+    from ..system import System
 
 __all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
 
@@ -185,8 +181,8 @@ def case2(theta_0: float = np.pi / 32, **options: Any) -> tuple[System, State]:
 
 
 def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, State]:
-    from .state import State
-    from .system import System
+    from ..state import State
+    from ..system import System
 
     bodies = [Body(Ellipsoid(1.0, 1.0, 0.25), mass=2.0, name=name) for name in "AB"]
     state = State.from_tait_bryan(
@@ -203,7 +199,7 @@ def _kw4_mu() -> float:
 
 
 def _kw4_system(shape: str, units: bool, options: dict[str, Any]) -> System:
-    from .system import System
+    from ..system import System
 
     if shape not in ("ellipsoid", "spheroid"):
         raise InvalidInput(f"shape is {shape!r}; expected 'ellipsoid' or 'spheroid'")
@@ -214,7 +210,7 @@ def _kw4_system(shape: str, units: bool, options: dict[str, Any]) -> System:
 
 
 def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:
-    from .state import State
+    from ..state import State
 
     if units:
         from astropy import units as u

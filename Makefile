@@ -1,0 +1,64 @@
+# On a machine with Python >= 3.11, a Rust toolchain and make:
+#   make kw4     one year of 1999 KW4 beside the paper's numbers
+#   make test    all tests, Rust and Python
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+PYTHON ?= python3
+RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
+# The extension links against this interpreter's ABI.
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+
+.DEFAULT_GOAL := help
+.PHONY: help kw4 test test-rust test-python check fmt bench clean
+
+help:  ## this list
+	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+$(BIN)/maturin:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
+
+$(VENV)/.built: $(BIN)/maturin pyproject.toml $(RUST)
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[all]'
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.built
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[dev]'
+	@touch $@
+
+kw4: $(VENV)/.built  ## one year of 1999 KW4 beside the paper's numbers, into out/kw4/
+	$(BIN)/python -m fullbody kw4 --out out/kw4
+
+test: test-rust test-python  ## all tests
+
+test-rust:
+	cargo test --no-default-features
+
+test-python: $(VENV)/.dev
+	$(BIN)/python -m pytest
+
+check: $(VENV)/.dev  ## formats, lints, types, stubs
+	cargo fmt --check
+	cargo clippy --no-default-features --all-targets -- -D warnings
+	cargo clippy --features python -- -D warnings
+	$(BIN)/ruff format --check python tests benches
+	$(BIN)/ruff check python tests benches
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest fullbody._core
+
+fmt:  ## formats everything
+	cargo fmt
+	$(BIN)/ruff format python tests benches
+	$(BIN)/ruff check --fix python tests benches
+
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts
+	cargo bench --no-default-features --bench interaction
+	$(BIN)/python benches/table.py
+	$(BIN)/python benches/instructions.py
+
+clean:  ## removes what was built
+	rm -rf target $(VENV) out dist
+	find python tests -name '__pycache__' -prune -exec rm -rf {} +
+	rm -f python/fullbody/*.so

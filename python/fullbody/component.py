@@ -1,0 +1,115 @@
+"""One body of a pair as papers describe it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _rotation, frames
+from ._units import Units, scalar
+from .bodies import Ellipsoid
+from .errors import InvalidInput
+
+__all__ = ["Component"]
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """One of the two bodies of :func:`binary`, as published.
+
+    Parameters
+    ----------
+    semi_axes : (a, b, c), optional
+        Along the body's x, y and z. Of the three sizes give one.
+    diameters : (2a, 2b, 2c), optional
+        Whole axes instead of half ones.
+    diameter : float or Quantity, optional
+        Of the sphere of equal volume, with ``axis_ratios``.
+    axis_ratios : (a/b, b/c)
+        With ``diameter``; one and one for a sphere.
+    mass, density : float or Quantity, optional
+        At most one of the two. Without either the mass follows from what is known of the pair.
+    rotation_period : float or Quantity, optional
+        Of the spin about the body's z-axis; negative for a spin against it. Without it the primary does not spin.
+    pole : (longitude, latitude), optional
+        Of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. Without it: the orbit's pole.
+    rotation_angle : float or Quantity
+        From the ascending node of the body's equator to its x-axis at the start; see :func:`fullbody.frames.attitude`.
+        Not for a secondary that starts pointing at the primary.
+    name : str, optional
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Component(diameter=2.0, axis_ratios=(1.2, 1.1)).shape
+    Ellipsoid(a=1.16569..., b=0.97141..., c=0.88310...)
+    """
+
+    semi_axes: Any = None
+    diameters: Any = None
+    diameter: Any = None
+    axis_ratios: tuple[float, float] = (1.0, 1.0)
+    mass: Any = None
+    density: Any = None
+    rotation_period: Any = None
+    pole: tuple[Any, Any] | None = None
+    rotation_angle: Any = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        called = self.name if self.name is not None else "a component"
+        sizes = [size for size in (self.semi_axes, self.diameters, self.diameter) if size is not None]
+        if len(sizes) != 1:
+            raise InvalidInput(f"{called} has {len(sizes)} of semi_axes, diameters, diameter; expected one of them")
+        if self.diameter is None and tuple(self.axis_ratios) != (1.0, 1.0):
+            raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
+        if not all(np.isfinite(ratio) and ratio > 0.0 for ratio in self.axis_ratios):
+            raise InvalidInput(f"axis_ratios of {called} are {self.axis_ratios}; expected two numbers above zero")
+        if self.mass is not None and self.density is not None:
+            raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
+        _ = self.shape
+
+    @property
+    def shape(self) -> Ellipsoid:
+        """The ellipsoid."""
+        if self.diameter is not None:
+            first, second = self.axis_ratios
+            b = self.diameter / 2 * (second / first) ** (1 / 3)
+            return Ellipsoid(b * first, b, b / second)
+        axes = self.semi_axes if self.semi_axes is not None else [d / 2 for d in self.diameters]
+        try:
+            a, b, c = axes
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(f"the axes are {axes!r}; expected three") from error
+        return Ellipsoid(a, b, c)
+
+
+def axes(component: Component, plane: Any) -> Any:
+    """The attitude of a body's equator with its x-axis at the node."""
+    return plane if component.pole is None else frames.attitude(*component.pole)
+
+
+def attitude(component: Component, plane: Any, angle: float | None) -> Any:
+    """The attitude of a body at an angle from the node, its own if none is given."""
+    if angle is None:
+        angle = scalar(Units().strip(component.rotation_angle, "angle", "rotation_angle"), "rotation_angle")
+    return _rotation.product(axes(component, plane), _rotation.turn(2, angle))
+
+
+def pointing(component: Component, plane: Any, direction: Any) -> float:
+    """How far about its z-axis a body turns from the node for its x-axis to point in a direction."""
+    x, y, z = _rotation.matrices(axes(component, plane)).T
+    if np.linalg.norm(np.cross(z, direction)) <= 1e-12 * np.linalg.norm(direction):
+        raise InvalidInput("the secondary's pole points at the primary; no turn about it aligns the long axis")
+    return float(np.arctan2(y @ direction, x @ direction))
+
+
+def rate(component: Component, units: Units) -> float:
+    if component.rotation_period is None:
+        return 0.0
+    period = scalar(units.strip(component.rotation_period, "time", "rotation_period"), "rotation_period")
+    if not np.isfinite(period) or period == 0.0:
+        raise InvalidInput(f"rotation_period is {component.rotation_period!r}; expected a number other than zero")
+    return float(2 * np.pi / period)

@@ -1,0 +1,23 @@
+"""What observers measure, from a run: periods, precession, libration, obliquities.
+
+Each function takes a :class:`fullbody.Run` and two places in its system, the body looked at and the one it goes about.
+Runs are to be sampled several times an orbit (``output=`` a tenth of the period or less); lengths of time and rates
+are Quantities where the system has units. They need scipy: ``pip install fullbody[analysis]``.
+"""
+
+from .orbit import ElementRates, MutualPeriod, Precession, element_rates, mutual_period, orbit_precession
+from .spin import Libration, libration, obliquity, roll_pitch_yaw, spin_precession
+
+__all__ = [
+    "ElementRates",
+    "Libration",
+    "MutualPeriod",
+    "Precession",
+    "element_rates",
+    "libration",
+    "mutual_period",
+    "obliquity",
+    "orbit_precession",
+    "roll_pitch_yaw",
+    "spin_precession",
+]

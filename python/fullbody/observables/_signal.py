@@ -1,0 +1,99 @@
+"""Signals of a run: slopes and frequencies, by scipy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidInput
+
+_Array = npt.NDArray[np.float64]
+
+
+def scipy_module(name: str) -> Any:
+    """A module of scipy, or an error that says how to get it."""
+    from importlib import import_module
+
+    try:
+        return import_module(f"scipy.{name}")
+    except ImportError as error:
+        raise ImportError("observables need the package scipy: pip install 'fullbody[analysis]'") from error
+
+
+def check_times(time: _Array, least: int, what: str) -> None:
+    """Refuse too few samples, and times that do not go one way."""
+    if len(time) < least:
+        raise InvalidInput(f"the run has {len(time)} samples; {what} needs {least} or more")
+    steps = np.diff(time)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
+        raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
+
+
+def slope(time: _Array, values: _Array) -> float:
+    """The slope of the straight line of least squares, weighted by a Hann window.
+
+    The window all but removes periodic terms of more than a few periods in the run.
+    """
+    phase = (time - time[0]) / (time[-1] - time[0])
+    # Of a handful of samples even the ends count.
+    weight = np.sin(np.pi * phase) ** 2 + 1e-3 / len(time)
+    centred = time - np.average(time, weights=weight)
+    return float((weight * centred) @ values / ((weight * centred) @ centred))
+
+
+def unwrapped(angle: _Array, period: float = 2 * np.pi) -> _Array:
+    """An angle without jumps; samples must be less than half a period of it apart."""
+    return np.unwrap(angle, period=period)
+
+
+def evenly(time: _Array, values: _Array) -> tuple[_Array, _Array]:
+    """Samples at equal steps: themselves, or a cubic spline through them."""
+    steps = np.diff(time)
+    if np.ptp(steps) <= 1e-6 * abs(steps.mean()):
+        return time, values
+    grid = np.linspace(time[0], time[-1], 4 * len(time))
+    order = np.argsort(time)
+    return grid, scipy_module("interpolate").CubicSpline(time[order], values[order])(grid)
+
+
+def lines(time: _Array, values: _Array, count: int) -> tuple[_Array, _Array]:
+    """The strongest periodic terms of a signal: angular frequencies and amplitudes (half of peak to peak).
+
+    One after another: the peak of the Hann-windowed spectrum, refined by maximising the windowed Fourier integral
+    (Laskar 1990, Icarus 88, 266), then all terms found so far and a constant fitted together and taken away.
+    """
+    optimize, signal = scipy_module("optimize"), scipy_module("signal")
+    t, x = evenly(time, values)
+    t = t - t[0]
+    step, window = abs(t[1] - t[0]), signal.windows.hann(len(t), sym=True)
+    frequencies: list[float] = []
+    amplitudes = np.zeros(0)
+    rest = x - x.mean()
+    floor = 1e-13 * max(float(np.abs(x).max()), 1e-300)
+    for _ in range(count):
+        if np.abs(rest).max() <= floor:
+            break
+        size = 4 * len(t)
+        spectrum = np.abs(np.fft.rfft(window * (rest - rest.mean()), size))
+        grid = 2 * np.pi * np.fft.rfftfreq(size, step)
+        # Slower than once in the run is no period.
+        spectrum[grid < 2 * np.pi / (step * len(t))] = 0.0
+        peak = grid[int(spectrum.argmax())]
+        width = grid[1]
+
+        def strength(frequency: float, rest: _Array = rest) -> float:
+            return -float(np.abs(np.sum(window * rest * np.exp(-1j * frequency * t))))
+
+        found = optimize.minimize_scalar(
+            strength, bounds=(max(peak - 2 * width, 0.5 * width), peak + 2 * width), method="bounded",
+            options={"xatol": 1e-12 * peak},
+        )  # fmt: skip
+        frequencies.append(float(found.x))
+        waves = [wave(f * t) for f in frequencies for wave in (np.cos, np.sin)]
+        basis = np.stack([np.ones_like(t), *waves], axis=1)
+        coefficients = np.linalg.lstsq(basis, x, rcond=None)[0]
+        rest = x - basis @ coefficients
+        amplitudes = np.hypot(coefficients[1::2], coefficients[2::2])
+    return np.array(frequencies), amplitudes

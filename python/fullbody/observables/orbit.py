@@ -1,0 +1,243 @@
+"""Elements, periods and precession of an orbit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..elements import KeplerElements
+from ..errors import InvalidInput
+from . import _signal as signal
+from ._view import View, azimuth
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+__all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
+
+
+@dataclass(frozen=True)
+class ElementRates:
+    """Osculating elements and how fast they change.
+
+    Attributes
+    ----------
+    elements : KeplerElements
+        Of arrays (K,), angles without jumps.
+    rates : dict of str to ndarray or Quantity
+        Present rates of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M`` (K,), by differences of second order.
+    mean_rates : dict of str to float or Quantity
+        Slopes of straight lines through the whole run (least squares under a Hann window), also of the longitudes
+        ``varpi`` = Omega + omega and ``L`` = varpi + M. Where perturbations rule a small eccentricity, varpi and M
+        alone mean little.
+    """
+
+    elements: KeplerElements
+    rates: dict[str, Any]
+    mean_rates: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class MutualPeriod:
+    """Revolutions of one body about another.
+
+    Attributes
+    ----------
+    time : ndarray or Quantity, (R,)
+        Ends of the revolutions, counted from the direction at the start.
+    period : ndarray or Quantity, (R,)
+        Of each revolution.
+    mean : float or Quantity
+        2 pi by the mean rate of the longitude over the run.
+    drift : float
+        Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
+    """
+
+    time: Any
+    period: Any
+    mean: Any
+    drift: float
+
+
+@dataclass(frozen=True)
+class Precession:
+    """Slow turns of an orbit.
+
+    Attributes
+    ----------
+    apsidal, nodal : float or Quantity
+        Mean rates, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i
+        while the plane turns little) and of the node.
+    anomalistic_period, sidereal_period : float or Quantity
+        From periapsis to periapsis, and round the sky.
+    """
+
+    apsidal: Any
+    nodal: Any
+    anomalistic_period: Any
+    sidereal_period: Any
+
+
+def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) -> ElementRates:
+    """Osculating elements with their rates.
+
+    Parameters
+    ----------
+    run : Run
+    mu : float or Quantity, optional
+        As for :meth:`fullbody.Run.elements`.
+    body, about : int
+        Places in the system.
+
+    Returns
+    -------
+    ElementRates
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 200.0, output=0.5)
+    >>> rates = fullbody.observables.element_rates(run)
+    >>> round(2 * 3.14159265 / rates.mean_rates["L"], 1)
+    17.1
+    """
+    view = View(run, body, about, 3, "rates of elements")
+    elements = run.elements(mu, about, body)
+    columns: dict[str, Any] = {}
+    rates: dict[str, Any] = {}
+    means: dict[str, Any] = {}
+    for name in ("a", "e", "i", "Omega", "omega", "M"):
+        dimension = {"a": "length", "e": None}.get(name, "angle")
+        values = np.asarray(getattr(getattr(elements, name), "value", getattr(elements, name)))
+        if name in ("Omega", "omega", "M"):
+            values = signal.unwrapped(values)
+        columns[name] = values
+        unit = {"length": "velocity", "angle": "spin"}.get(dimension or "")
+        for result, number in (
+            (rates, np.gradient(values, view.time, edge_order=2)),
+            (means, signal.slope(view.time, values)),
+        ):
+            result[name] = _per_time(view, number) if unit is None else view.units.attach(number, unit)
+    varpi = signal.unwrapped(columns["Omega"] + columns["omega"])
+    longitude = signal.unwrapped(columns["Omega"] + columns["omega"] + columns["M"])
+    means["varpi"] = view.rate(signal.slope(view.time, varpi))
+    means["L"] = view.rate(signal.slope(view.time, longitude))
+    attached = [
+        view.units.attach(columns["a"], "length"),
+        columns["e"],
+        *(view.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
+    ]
+    return ElementRates(KeplerElements._trusted(attached), rates, means)
+
+
+def _per_time(view: View, number: Any) -> Any:
+    return number / view.units.unit("time") if view.units.known else number
+
+
+def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
+    """The period of the mutual orbit, revolution by revolution, and its drift.
+
+    Sidereal: from one passage of the direction at the start to the next, in the mean orbital plane.
+
+    Parameters
+    ----------
+    run : Run
+    body, about : int
+        Places in the system.
+
+    Returns
+    -------
+    MutualPeriod
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than one revolution.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 200.0, output=0.5)
+    >>> round(float(fullbody.observables.mutual_period(run).mean), 1)
+    17.1
+    """
+    view = View(run, body, about, 8, "a mutual period")
+    longitude, rate = view.longitude()
+    order = np.argsort(view.time)
+    t, angle, rate = view.time[order], longitude[order], rate[order]
+    angle = angle - angle[0]
+    spline = signal.scipy_module("interpolate").CubicHermiteSpline(t, angle, rate)
+    solve = signal.scipy_module("optimize").brentq
+    passages = [t[0]]
+    for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
+        after = int(np.argmax(angle >= target))
+        passages.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
+    turns = len(passages) - 1
+    if turns < 1:
+        raise InvalidInput(f"the run covers {angle[-1] / (2 * np.pi):.3g} revolutions; a mutual period needs one")
+    ends = np.array(passages[1:])
+    period = np.diff(passages)
+    drift = float("nan")
+    if turns >= 3:
+        drift = signal.slope(ends, period)
+    mean = 2 * np.pi / signal.slope(t, angle)
+    return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
+
+
+def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 0) -> Precession:
+    """Mean apsidal and nodal precession of an orbit.
+
+    The apsidal rate is the mean motion round the sky less the strongest frequency of the distance: unlike the slope of
+    the osculating longitude of periapsis it holds for orbits so round that perturbations rule their osculating
+    eccentricity. The nodal rate is how fast the orbit's pole goes about an axis.
+
+    Parameters
+    ----------
+    run : Run
+        Of several revolutions.
+    axis : array_like, (3,), optional
+        The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
+    body, about : int
+        Places in the system.
+
+    Returns
+    -------
+    Precession
+
+    Notes
+    -----
+    Outside a slowly changing oblate body, to the first order in J2 and with n the mean motion and p = a (1 - e^2):
+    the node moves by -3/2 n J2 (R/p)^2 cos i and the periapsis within the orbit by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1)
+    (Murray & Dermott 1999, Solar System Dynamics, Sec. 6.11).
+
+    Examples
+    --------
+    Two points do not precess.
+
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4(gravity="point")
+    >>> run = system.integrate(state, 20 * 17.4, output=0.5)
+    >>> bool(abs(fullbody.observables.orbit_precession(run).apsidal) < 1e-6)
+    True
+    """
+    view = View(run, body, about, 16, "precession")
+    longitude, _ = view.longitude()
+    sidereal = signal.slope(view.time, longitude)
+    distance = np.linalg.norm(view.r, axis=1)
+    frequencies, _ = signal.lines(view.time, distance, 3)
+    if len(frequencies) == 0:
+        raise InvalidInput("the orbit is circular; it has no periapsis")
+    radial = np.sign(sidereal) * frequencies[0]
+    if axis is None:
+        axis = run._record["angular_momentum"][0]
+    nodal = signal.slope(view.time, azimuth(view.normal, axis))
+    return Precession(
+        view.rate(np.float64(sidereal - radial)),
+        view.rate(np.float64(nodal)),
+        view.span(np.float64(2 * np.pi / abs(radial))),
+        view.span(np.float64(2 * np.pi / abs(sidereal))),
+    )

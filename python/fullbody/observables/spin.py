@@ -1,0 +1,209 @@
+"""Poles, attitudes and libration of a body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..bodies import PointMass
+from ..errors import InvalidInput
+from . import _signal as signal
+from ._view import View, azimuth
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+__all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Libration:
+    """Swings of a body's longest axis about the line to another.
+
+    Attributes
+    ----------
+    time : ndarray or Quantity, (K,)
+    angle : ndarray or Quantity, (K,)
+        From the line to the longest axis, in the orbit's plane, positive along the motion; without jumps, so that it
+        grows or falls without end where the body does not librate.
+    amplitude : float or Quantity
+        Half of peak to peak.
+    frequencies, amplitudes : ndarray or Quantity
+        Of its strongest periodic terms, the strongest first as found.
+    """
+
+    time: Any
+    angle: Any
+    amplitude: Any
+    frequencies: Any
+    amplitudes: Any
+
+
+def spin_precession(run: Run, axis: Any = None, *, body: int = 0) -> Any:
+    """The mean rate at which a body's pole of rotation goes about an axis.
+
+    Parameters
+    ----------
+    run : Run
+    axis : array_like, (3,), optional
+        The total angular momentum at the start unless given.
+    body : int
+        Place in the system.
+
+    Returns
+    -------
+    float or Quantity
+        Radians per unit of time, positive about the axis.
+
+    Notes
+    -----
+    A fast oblate body with moments C > A, spin omega and obliquity epsilon, under a body of mass m on a circular orbit
+    of mean motion n about the common mass M, precesses by -3/2 n^2 (m/M) (C - A)/(C omega) cos(epsilon) about the
+    orbit's normal.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 200.0, output=0.25)
+    >>> bool(fullbody.observables.spin_precession(run) < 0)
+    True
+    """
+    view = View(run, body, 1 if body == 0 else 0, 3, "spin precession")
+    if axis is None:
+        axis = run._record["angular_momentum"][0]
+    return view.rate(np.float64(signal.slope(view.time, azimuth(view.pole, axis))))
+
+
+def obliquity(run: Run, *, body: int = 1, about: int = 0) -> Any:
+    """The angle (K,) between a body's pole of rotation and the pole of its orbit about another.
+
+    Parameters
+    ----------
+    run : Run
+    body, about : int
+        Places in the system.
+
+    Returns
+    -------
+    ndarray or Quantity, (K,)
+        Radians, from 0 to pi.
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 1.0)
+    >>> round(float(np.degrees(fullbody.observables.obliquity(run, body=0, about=1)[0])), 3)
+    3.2
+    """
+    view = View(run, body, about, 1, "an obliquity")
+    sine = np.linalg.norm(np.cross(view.pole, view.normal), axis=1)
+    return view.angle(np.arctan2(sine, np.sum(view.pole * view.normal, axis=1)))
+
+
+def roll_pitch_yaw(run: Run, *, body: int = 1, about: int = 0) -> Any:
+    """The attitude of a body in its orbit's frame.
+
+    That frame's x-axis points from the body at the other one and its z-axis along the orbit's normal; the body's frame
+    follows from it by R = Rz(yaw) Ry(pitch) Rx(roll), the paper's angles. An ellipsoid looks the same after half a turn
+    about its z-axis: where the body starts nearer to backwards, it is turned so throughout.
+
+    Parameters
+    ----------
+    run : Run
+    body, about : int
+        Places in the system.
+
+    Returns
+    -------
+    ndarray or Quantity, (K, 3)
+        Roll, pitch and yaw in radians, roll and yaw without jumps.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 1.0)
+    >>> bool(abs(fullbody.observables.roll_pitch_yaw(run)[0]).max() < 1e-12)
+    True
+    """
+    view = View(run, body, about, 1, "roll, pitch and yaw")
+    relative = np.einsum("kji,kjl->kil", _orbit_frame(view), view.matrix)
+    if relative[0, 0, 0] < 0.0:
+        relative = relative * np.array([-1.0, -1.0, 1.0])
+    roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
+    pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
+    yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
+    return view.angle(np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1))
+
+
+def libration(run: Run, *, body: int = 1, about: int = 0, count: int = 3) -> Libration:
+    """The libration of a body's longest axis, its amplitude and its strongest periodic terms.
+
+    Parameters
+    ----------
+    run : Run
+        Of several periods of it, sampled several times in each.
+    body, about : int
+        Places in the system.
+    count : int
+        How many periodic terms.
+
+    Returns
+    -------
+    Libration
+
+    Raises
+    ------
+    InvalidInput
+        For a point, and for a body without one longest axis.
+
+    Notes
+    -----
+    Free libration in longitude of a nearly synchronous body of principal moments A < B < C on a circular orbit of mean
+    motion n about a distant sphere has the frequency w = n sqrt(3 (B - A)/C). An eccentricity e forces it at n: against
+    uniform rotation by 2 e w^2/(w^2 - n^2), and against the line to the other body, as here, by
+    2 e n^2/(w^2 - n^2) (Murray & Dermott 1999, Sec. 5.4 and 5.5).
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 200.0, output=0.25)
+    >>> swings = fullbody.observables.libration(run)
+    >>> swings.angle.shape
+    (801,)
+    """
+    shape = run.system.bodies[body].shape
+    if isinstance(shape, PointMass):
+        raise InvalidInput(f"body {body} is a point; it has no axis to librate")
+    axes = [float(getattr(axis, "value", axis)) for axis in shape.semi_axes]
+    longest = int(np.argmax(axes))
+    if sorted(axes)[1] == axes[longest]:
+        raise InvalidInput(f"body {body} has the semi-axes {axes}, no single longest one to librate")
+    view = View(run, body, about, 16, "a libration")
+    x, y, _ = np.moveaxis(_orbit_frame(view), 2, 0)
+    axis = view.matrix[:, :, longest]
+    # Both ends of the axis count alike.
+    angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
+    angle = angle - np.pi * np.round(angle[0] / np.pi)
+    frequencies, amplitudes = signal.lines(view.time, angle, count)
+    return Libration(
+        view.span(view.time),
+        view.angle(angle),
+        view.angle(np.float64(np.ptp(angle) / 2)),
+        view.rate(frequencies),
+        view.angle(amplitudes),
+    )
+
+
+def _orbit_frame(view: View) -> _Array:
+    """Axes (K, 3, 3) as columns: towards the other body, along the motion seen from it, along the normal."""
+    x = -view.r / np.linalg.norm(view.r, axis=1)[:, None]
+    return np.stack([x, np.cross(view.normal, x), view.normal], axis=2)

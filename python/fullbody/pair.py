@@ -1,0 +1,266 @@
+"""Setting up a binary from the numbers that papers publish."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from . import _rotation
+from ._masses import Found, Known, solve
+from ._units import Units, is_quantity, scalar
+from .bodies import Body
+from .component import Component, attitude, pointing, rate
+from .elements import KeplerElements
+from .errors import InconsistentInput, InvalidInput, NotConverged
+from .state import State
+from .system import System
+
+__all__ = ["Component", "binary"]
+
+
+def binary(
+    primary: Component,
+    secondary: Component,
+    *,
+    total_mass: Any = None,
+    mass_ratio: float | None = None,
+    equal_density: bool = False,
+    period: Any = None,
+    semi_major_axis: Any = None,
+    eccentricity: float = 0.0,
+    elements: Literal["osculating", "mean"] = "osculating",
+    argument_of_periapsis: Any = 0.0,
+    mean_anomaly: Any = 0.0,
+    pole: tuple[Any, Any] | None = None,
+    synchronous: bool = True,
+    libration: Any = 0.0,
+    at_rest: Literal["barycentre", "primary"] = "barycentre",
+    mismatch_warning: float = 1e-3,
+    mismatch_error: float = 0.05,
+    G: Any = None,
+    units: tuple[object, object, object] | None = None,
+    time: Any = 0.0,
+    **options: Any,
+) -> tuple[System, State]:
+    """A binary from published numbers: its system and its state.
+
+    The masses, the period and the semi-major axis obey Kepler's third law, G (m1 + m2) P^2 = 4 pi^2 a^3. Give what is
+    published: what is missing follows, and what is given twice is compared. Then the masses of the components go
+    before a total mass, both go before what a period and a semi-major axis imply, and a period goes before a
+    semi-major axis.
+
+    Parameters
+    ----------
+    primary, secondary : Component
+    total_mass : float or Quantity, optional
+    mass_ratio : float, optional
+        Secondary by primary.
+    equal_density : bool
+        Split the total mass by volume.
+    period, semi_major_axis : float or Quantity, optional
+        Of the mutual orbit; one of the two, or both.
+    eccentricity : float
+    elements : {"osculating", "mean"}
+        Whether the orbit is the Kepler orbit of the start, or one of that mean period in the bodies' actual attraction;
+        see the notes.
+    argument_of_periapsis, mean_anomaly : float or Quantity
+        At the start; the former from the ascending node.
+    pole : (longitude, latitude), optional
+        Of the mutual orbit, radians or Quantities, in the frame that the state is to be in: the node is at the
+        longitude plus 90 degrees. Without it the orbit's plane is the xy-plane and its node the x-axis.
+    synchronous : bool
+        The secondary's spin is the orbit's mean motion, and its x-axis points at the primary at the start, as nearly as
+        its pole allows. Otherwise its ``rotation_period`` and ``rotation_angle`` hold.
+    libration : float or Quantity
+        Turns a synchronous secondary about its z-axis away from that.
+    at_rest : {"barycentre", "primary"}
+        What starts at rest at the origin.
+    mismatch_warning, mismatch_error : float
+        Relative differences of two values of one quantity above which there is a warning, or an error.
+    G, units
+        As for :class:`fullbody.System`.
+    time : float or Quantity
+        Of the state.
+    **options
+        Passed to :class:`fullbody.System`; ``epoch=`` and ``frame=`` say what time zero and the axes are.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Raises
+    ------
+    InvalidInput
+        For too little, for a contradiction beyond ``mismatch_error``, and for values that describe nothing.
+
+    Warns
+    -----
+    InconsistentInput
+        For a contradiction between the two limits, with both values.
+
+    Notes
+    -----
+    A start at the separation and with the speed of a circular Kepler orbit falls inwards over an oblate primary: the
+    mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent for Didymos. With
+    ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
+    acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a primary that is
+    not synchronous): for a circular orbit the run then keeps ``period`` and its distance, which may differ a little
+    from a published semi-major axis.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.binary(
+    ...     fullbody.Component(diameters=(1.53, 1.50, 1.35), rotation_period=2.7650, name="Alpha"),
+    ...     fullbody.Component(diameters=(0.57, 0.46, 0.35), name="Beta"),
+    ...     total_mass=2.49e12, mass_ratio=0.057, period=17.42, units=("km", "hour", "kg"))
+    >>> system.masses
+    <Quantity [2.35572375e+12, 1.34276254e+11] kg>
+    >>> fullbody.KeplerElements.from_cartesian(
+    ...     state.position[1] - state.position[0], state.velocity[1] - state.velocity[0], system.mu()).a
+    <Quantity 2.54868... km>
+    """
+    for component in (primary, secondary):
+        if not isinstance(component, Component):
+            raise InvalidInput(f"{component!r} is no Component; expected fullbody.Component(...)")
+    if at_rest not in ("barycentre", "primary"):
+        raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
+    if elements not in ("osculating", "mean"):
+        raise InvalidInput(f"elements is {elements!r}; expected 'osculating' or 'mean'")
+    if synchronous and secondary.rotation_period is not None:
+        raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
+    if G is None and units is None:
+        raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+    convert = Units(units)
+    gravity = convert.gravitational_constant if G is None else scalar(convert.strip(G, "G", "G"), "G")
+    pair = (primary, secondary)
+    known = _known(convert, gravity, pair, total_mass, mass_ratio, equal_density, period, semi_major_axis)
+    found, mismatches = solve(known)
+    for mismatch in mismatches:
+        if mismatch.relative > mismatch_error:
+            raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={mismatch_error}")
+        if mismatch.relative > mismatch_warning:
+            warnings.warn(f"{mismatch}; the former is taken", InconsistentInput, stacklevel=2)
+    bodies = []
+    for component, mass in zip(pair, found.masses, strict=True):
+        # A mass without a unit beside sizes without one, so that the density makes sense.
+        value = convert.attach(mass, "mass") if is_quantity(component.shape.a) else mass
+        bodies.append(Body(component.shape, mass=value, name=component.name))
+    system = System(bodies, G=gravity, units=convert.names, **options)
+
+    node, inclination = (0.0, 0.0)
+    if pole is not None:
+        node, inclination = _angle(pole[0], "pole") + np.pi / 2, np.pi / 2 - _angle(pole[1], "pole")
+    angles = (_angle(argument_of_periapsis, "argument_of_periapsis"), _angle(mean_anomaly, "mean_anomaly"))
+
+    def orbit(size: float, mu: float) -> tuple[Any, Any]:
+        return KeplerElements(size, eccentricity, inclination, node, *angles).to_cartesian(mu)
+
+    mu = gravity * sum(found.masses)
+    r, v = orbit(found.semi_major_axis, mu)
+    plane = _rotation.product(_rotation.turn(2, node), _rotation.turn(0, inclination))
+    locked = pointing(secondary, plane, -r) + _angle(libration, "libration") if synchronous else None
+    attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, locked)])
+    rates = [rate(component, convert) for component in pair]
+    if elements == "mean":
+        turning = abs(rates[0] * found.period / (2 * np.pi) - 1.0) > 1e-6
+        found, mu = _mean(system, found, known.period is not None, r / np.linalg.norm(r), attitudes, turning)
+        r, v = orbit(found.semi_major_axis, mu)
+    if synchronous:
+        rates[1] = 2 * np.pi / found.period
+    share = np.array([0.0, 1.0])
+    if at_rest == "barycentre":
+        share = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
+    state = State(
+        convert.attach(share[:, None] * r, "length"),
+        convert.attach(share[:, None] * v, "velocity"),
+        attitudes,
+        convert.attach(np.array([[0.0, 0.0, spin] for spin in rates]), "spin"),
+        convert.attach(np.float64(scalar(convert.strip(time, "time", "time"), "time")), "time"),
+    )
+    return system, state
+
+
+def _mean(
+    system: System, found: Found, keep_period: bool, direction: Any, attitudes: Any, turning: bool
+) -> tuple[Found, float]:
+    """Semi-major axis and period in the actual attraction, and the mu that stands for it."""
+    first = [attitudes[0]]
+    if turning:
+        # Quarter turns of an eighth average all that an ellipsoid's equator does to the sixth degree.
+        first = [_rotation.product(attitudes[0], _rotation.turn(2, np.pi / 4 * k)) for k in range(4)]
+    reduced = found.masses[0] * found.masses[1] / sum(found.masses)
+
+    def attraction(size: float) -> float:
+        """Mu at a distance."""
+        total = 0.0
+        for q in first:
+            state = State([np.zeros(3), size * direction], np.zeros((2, 3)), [q, attitudes[1]])
+            force = system._core.interactions(state._core)[0]
+            total += -float(force[1] @ direction)
+        return total / len(first) / reduced * size**2
+
+    size = found.semi_major_axis
+    if not keep_period:
+        mu = attraction(size)
+        return replace(found, period=float(2 * np.pi * np.sqrt(size**3 / mu))), mu
+    for _ in range(50):
+        mu = attraction(size)
+        before, size = size, float(np.cbrt(mu * (found.period / (2 * np.pi)) ** 2))
+        if abs(size - before) <= 1e-14 * size:
+            return replace(found, semi_major_axis=size), mu
+    raise NotConverged(f"no circular orbit of the period {found.period:.6g} was found in 50 steps")
+
+
+def _known(
+    convert: Units,
+    gravity: float,
+    components: tuple[Component, Component],
+    total_mass: Any,
+    mass_ratio: float | None,
+    equal_density: bool,
+    period: Any,
+    semi_major_axis: Any,
+) -> Known:
+    """What is given, in plain numbers of one set of units."""
+
+    def plain(value: Any, dimension: str, what: str) -> float | None:
+        if value is None:
+            return None
+        number = scalar(convert.strip(value, dimension, what), what)
+        if not (np.isfinite(number) and number > 0.0):
+            raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero")
+        return number
+
+    volumes, masses = [], []
+    for component in components:
+        volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
+        density = plain(component.density, "density", "density")
+        volumes.append(volume)
+        masses.append(plain(component.mass, "mass", "mass") if density is None else density * volume)
+    return Known(
+        gravity,
+        (masses[0], masses[1]),
+        plain(total_mass, "mass", "total_mass"),
+        _ratio(mass_ratio, equal_density, volumes),
+        plain(period, "time", "period"),
+        plain(semi_major_axis, "length", "semi_major_axis"),
+    )
+
+
+def _angle(value: Any, what: str) -> float:
+    return scalar(Units().strip(value, "angle", what), what)
+
+
+def _ratio(mass_ratio: float | None, equal_density: bool, volumes: list[float]) -> float | None:
+    if equal_density:
+        if mass_ratio is not None:
+            raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
+        return volumes[1] / volumes[0]
+    if mass_ratio is not None and not (np.isfinite(mass_ratio) and mass_ratio > 0.0):
+        raise InvalidInput(f"mass_ratio is {mass_ratio!r}; expected a finite number above zero")
+    return mass_ratio

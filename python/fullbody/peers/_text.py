@@ -1,0 +1,39 @@
+"""Lines of a text file, with errors that name file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ..errors import InvalidInput
+
+
+def read_lines(path: Any) -> list[str]:
+    """The lines of a file.
+
+    Raises
+    ------
+    FileNotFoundError, InvalidInput
+        The latter for a file that is not text.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"{path} is not a text file: {error}") from error
+
+
+def fail(path: Any, line: int | None, message: str) -> NoReturn:
+    """Raise :class:`fullbody.InvalidInput` for a line, counted from one."""
+    where = f"{path}" if line is None else f"{path}, line {line}"
+    raise InvalidInput(f"{where}: {message}")
+
+
+def number(path: Any, line: int, text: str, what: str) -> float:
+    """A finite number of a line."""
+    try:
+        value = float(text)
+    except ValueError:
+        fail(path, line, f"{what} is {text!r}; expected a number")
+    if value != value or value in (float("inf"), float("-inf")):
+        fail(path, line, f"{what} is {text!r}; expected a finite number")
+    return value

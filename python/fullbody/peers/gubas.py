@@ -1,0 +1,136 @@
+"""Input files of GUBAS and GUBAS-RS."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .._rotation import is_rotation, quaternion
+from ..bodies import Body, Ellipsoid, Sphere
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..state import State
+    from ..system import System
+    from ._gubas_files import Setup
+
+__all__ = ["read_gubas"]
+
+_UNITS = ("km", "s", "kg")
+
+
+def read_gubas(
+    path: Any,
+    *,
+    euler: Literal["degree", "radian"] | None = None,
+    units: bool = False,
+    **options: Any,
+) -> tuple[System, State]:
+    """A system and its state from an input file of GUBAS: its ``.cfg``, or the numeric ``ic_input.txt``.
+
+    In both, the relative position and velocity are components along the primary's axes, and "A into N" turns them into
+    the inertial frame. The secondary's spin is along its own axes in the ``.cfg``, and along the primary's in
+    ``ic_input.txt``; a density is g/cm^3 in the former and kg/km^3 in the latter, which writes semi-axes in metres
+    beside a state in kilometres. The barycentre is put at rest at the origin. ``ic_input.txt`` is read in its three
+    published layouts: without fly-by, with it, and with fly-by and heliocentric orbit (GUBAS-RS).
+
+    Parameters
+    ----------
+    path : str or Path
+        A name that ends in ``.cfg`` is read as the former, others as the latter.
+    euler : {"degree", "radian"}, optional
+        What the Euler angles of a ``.cfg`` are. Its comments say degrees, and both programs take them as radians:
+        without this argument angles other than zero are taken as documented, in degrees, with a warning.
+    units : bool
+        Whether the system gives Quantities. Numbers are km, s, kg either way.
+    **options
+        Passed to :class:`fullbody.System`. The exact gravity is the default; ``gravity="multipole:4"`` and others
+        truncate the expansion as those programs do.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Raises
+    ------
+    InvalidInput
+        For what is not a number or not there, with the file's line; and for what this package does not have: polyhedra,
+        fly-bys, the Sun's gravity, tides, and the separate file of initial conditions (Fahnestock's).
+
+    References
+    ----------
+    Davis & Scheeres (2020), Icarus 341, 113439; https://github.com/meyeralexj/gubas,
+    https://github.com/giovannifereoli/GUBAS-RS.
+
+    Examples
+    --------
+    >>> import fullbody, pathlib, tempfile
+    >>> numbers = [6.67e-20, 4, 4, 4, 400, 400, 300, 90, 80, 70, 1, 1, 2.1e12, 2.1e12, 0, 3600]
+    >>> files = ["TDP_4.mat", "TDS_4.mat", "IDP.mat", "IDS.mat", "-", "-", "-", "-"]
+    >>> identity = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    >>> start = [1.19, 0, 0, 0, 1.7e-4, 0, 0, 0, 7.7e-4, 0, 0, 1.5e-4, *identity, *identity]
+    >>> rest = [1, 1, 30.0, 1e-15, 0, 0, 1.0, 149597870.7, 1e-5, 1e-5, 660, 225, 0.005, 0.005, 1.988e30]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "ic_input.txt")
+    ...     with path.open("w") as file:
+    ...         print(*numbers, *files, *start, *rest, sep=chr(10), file=file)
+    ...     system, state = fullbody.read_gubas(path)
+    >>> system.bodies[1].shape
+    Ellipsoid(a=0.09, b=0.08, c=0.07)
+    """
+    from ._gubas_files import read_config, read_numbers
+
+    if euler not in (None, "degree", "radian"):
+        raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
+    if Path(path).suffix.lower() == ".cfg":
+        setup, angles = read_config(path, euler or "degree")
+        if angles and euler is None:
+            warnings.warn(
+                f"{path} gives Euler angles, taken in degrees as its comments say; GUBAS itself takes radians: "
+                "say euler='degree' or euler='radian'",
+                stacklevel=2,
+            )
+    else:
+        setup = read_numbers(path)
+    return _build(path, setup, units, options)
+
+
+def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tuple[System, State]:
+    from ..state import State
+    from ..system import System
+
+    for name, matrix in (("A into N", setup.a_to_n), ("B into A", setup.b_to_a)):
+        # Files written with a handful of digits are welcome.
+        if not is_rotation(matrix, 1e-4):
+            raise InvalidInput(f"{path}: {name} is no rotation matrix:\n{matrix}")
+    try:
+        bodies = [
+            Body(_shape(flag, axes), density=density, name=name)
+            for name, flag, axes, density in zip(
+                ("primary", "secondary"), setup.shapes, setup.semi_axes, setup.densities, strict=True
+            )
+        ]
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from error
+    system = System(bodies, G=setup.G, units=_UNITS if units else None, **options)
+    q_a = quaternion(setup.a_to_n)
+    q_b = quaternion(setup.a_to_n @ setup.b_to_a)
+    total = sum(body.mass for body in bodies)
+    share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
+    attach = system._units.attach
+    state = State(
+        attach(share * (setup.a_to_n @ setup.position), "length"),
+        attach(share * (setup.a_to_n @ setup.velocity), "velocity"),
+        np.array([q_a, q_b]),
+        attach(np.array([setup.spin_a, setup.spin_b]), "spin"),
+        attach(np.float64(setup.start), "time"),
+    )
+    return system, state
+
+
+def _shape(flag: int, axes: Any) -> Ellipsoid | Sphere:
+    return Sphere(float(axes[0])) if flag == 0 else Ellipsoid(*(float(axis) for axis in axes))

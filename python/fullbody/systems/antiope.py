@@ -1,0 +1,77 @@
+"""(90) Antiope."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..pair import Component
+from ._build import Frame, pair
+from ._published import Published, Value, documented
+
+if TYPE_CHECKING:
+    from ..state import State
+    from ..system import System
+
+__all__ = ["antiope"]
+
+FACTS = Published(
+    values={
+        "axes of the first": Value((93.0, 87.0, 83.6), "km", "", "D07"),
+        "axes of the second": Value((89.4, 82.8, 79.6), "km", "", "D07"),
+        "density (not used)": Value(1.25, "g/cm^3", "0.05", "D07"),
+        "separation": Value(171.0, "km", "1", "D07"),
+        "orbital period": Value(24.0 * 0.687713, "h", "0.0001", "D07"),
+        "pole (longitude, latitude)": Value((200.0, 38.0), "deg", "2", "D07"),
+    },
+    sources={"D07": "Descamps et al. (2007), Icarus 187, 482, doi:10.1016/j.icarus.2006.10.030"},
+    assumed=(
+        "both bodies have one density; the total mass is that of the period and the separation, 8.4e17 kg",
+        "the orbit is circular (published: an eccentricity below 0.006) and starts on its node",
+        "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
+        "both spin about the pole of the orbit at the mean motion, their longest axes towards each other",
+    ),
+    frame="ecliptic",
+)
+
+
+@documented(FACTS)
+def antiope(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -> tuple[System, State]:
+    """(90) Antiope, two almost equal and nearly hydrostatic bodies a diameter apart.
+
+    Parameters
+    ----------
+    frame : {"ecliptic", "equatorial", "orbit"}
+        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+    units : bool
+        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Notes
+    -----
+    {published}
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.antiope()
+    >>> print(f"{system.bodies[0].density / 1e12:.2f} g/cm^3")
+    1.26 g/cm^3
+    """
+    return pair(
+        FACTS,
+        Component(diameters=FACTS["axes of the first"], rotation_period=FACTS["orbital period"], name="Antiope"),
+        Component(diameters=FACTS["axes of the second"], name="S/2000 (90) 1"),
+        equal_density=True,
+        period=FACTS["orbital period"],
+        semi_major_axis=FACTS["separation"],
+        pole=FACTS["pole (longitude, latitude)"],
+        frame=frame,
+        units=units,
+        options=options,
+    )

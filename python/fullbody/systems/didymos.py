@@ -1,0 +1,173 @@
+"""(65803) Didymos and Dimorphos, before and after DART."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..pair import Component
+from ._build import Frame, pair
+from ._published import Published, Value, documented
+
+if TYPE_CHECKING:
+    from ..state import State
+    from ..system import System
+
+__all__ = ["didymos", "didymos_after_dart"]
+
+_SOURCES = {
+    "D23": "Daly et al. (2023), Nature 616, 443, doi:10.1038/s41586-023-05810-5",
+    "T23": "Thomas et al. (2023), Nature 616, 448, doi:10.1038/s41586-023-05805-2",
+    "N20": "Naidu et al. (2020), Icarus 348, 113777, doi:10.1016/j.icarus.2020.113777",
+}
+_BODIES = {
+    "axes of Didymos": Value((0.851, 0.849, 0.620), "km", "0.015", "D23"),
+    "rotation period of Didymos": Value(2.2600, "h", "0.0001", "N20"),
+    "pole (longitude, latitude)": Value((310.0, -84.0), "deg", "20", "N20"),
+}
+_ASSUMED = (
+    "both bodies have one density, so that the masses go by volume",
+    "Didymos spins about the pole of the orbit",
+    "Dimorphos spins about the pole of the orbit at the mean motion, its longest axis towards Didymos",
+    "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
+    "the orbit starts at periapsis on its node: the epoch is that of the elements and not of the phase",
+)
+BEFORE = Published(
+    values={
+        **_BODIES,
+        "axes of Dimorphos": Value((0.177, 0.174, 0.116), "km", "0.002, 0.004, 0.002", "D23"),
+        "orbital period": Value(11.921473, "h", "0.000044", "T23"),
+        "semi-major axis": Value(1.206, "km", "0.035", "T23"),
+    },
+    sources=_SOURCES,
+    assumed=(*_ASSUMED, "the orbit is circular (published as nearly so)"),
+    frame="ecliptic",
+    epoch="2022-09-26T23:14:24.183 UTC",
+)
+AFTER = Published(
+    values={
+        **_BODIES,
+        "axes of Dimorphos before": BEFORE.values["axes of Dimorphos"],
+        "axis ratios a/b, a/c of Dimorphos": Value((1.3, 1.6), "", "", "N24"),
+        "orbital period before": BEFORE.values["orbital period"],
+        "semi-major axis before": BEFORE.values["semi-major axis"],
+        "orbital period": Value(11.3674, "h", "0.0004", "N24"),
+        "eccentricity": Value(0.028, "", "0.016 (3 sigma)", "S24"),
+        "apsidal precession (not used)": Value(6.7, "deg/day", "0.2", "N24"),
+    },
+    sources={
+        **_SOURCES,
+        "N24": "Naidu et al. (2024), Planet. Sci. J. 5, 74, doi:10.3847/PSJ/ad26e7",
+        "S24": "Scheirich et al. (2024), doi:10.48550/arXiv.2403.02804",
+    },
+    assumed=(
+        *_ASSUMED,
+        "the impact left the total mass and the volume of Dimorphos as they were",
+        "Didymos kept its shape and spin",
+        "Dimorphos does not tumble (it may; Richardson et al. 2024, doi:10.3847/PSJ/ad62f5)",
+    ),
+    frame="ecliptic",
+    epoch="2022-09-26T23:14:24.183 UTC",
+)
+
+
+@documented(BEFORE)
+def didymos(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -> tuple[System, State]:
+    """(65803) Didymos and Dimorphos before the impact of DART.
+
+    The total mass is that of the published period and semi-major axis, 5.6e11 kg.
+
+    Parameters
+    ----------
+    frame : {"ecliptic", "equatorial", "orbit"}
+        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+    units : bool
+        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Notes
+    -----
+    {published}
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.didymos()
+    >>> print(f"{system.masses.sum():.2e} kg")
+    5.63e+11 kg
+    """
+    return pair(
+        BEFORE,
+        _primary(),
+        Component(diameters=BEFORE["axes of Dimorphos"], name="Dimorphos"),
+        equal_density=True,
+        period=BEFORE["orbital period"],
+        semi_major_axis=BEFORE["semi-major axis"],
+        pole=BEFORE["pole (longitude, latitude)"],
+        frame=frame,
+        units=units,
+        options=options,
+    )
+
+
+@documented(AFTER)
+def didymos_after_dart(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -> tuple[System, State]:
+    """(65803) Didymos and Dimorphos after the impact of DART and the weeks that followed.
+
+    Parameters
+    ----------
+    frame : {"ecliptic", "equatorial", "orbit"}
+        Of the state; see :func:`didymos`.
+    units : bool
+        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Notes
+    -----
+    {published}
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.didymos_after_dart()
+    >>> shape = system.bodies[1].shape
+    >>> round(shape.a / shape.b, 3), round(shape.a / shape.c, 3)
+    (1.3, 1.6)
+    """
+    to_b, to_c = AFTER["axis ratios a/b, a/c of Dimorphos"]
+    diameter = float(np.cbrt(np.prod(AFTER["axes of Dimorphos before"])))
+    before, _ = didymos()
+    return pair(
+        AFTER,
+        _primary(),
+        Component(diameter=diameter, axis_ratios=(to_b, to_c / to_b), name="Dimorphos"),
+        equal_density=True,
+        total_mass=float(before.masses.sum()),
+        period=AFTER["orbital period"],
+        eccentricity=AFTER["eccentricity"],
+        pole=AFTER["pole (longitude, latitude)"],
+        frame=frame,
+        units=units,
+        options=options,
+    )
+
+
+def _primary() -> Component:
+    return Component(
+        diameters=BEFORE["axes of Didymos"],
+        rotation_period=BEFORE["rotation period of Didymos"],
+        name="Didymos",
+    )

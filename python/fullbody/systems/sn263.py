@@ -1,0 +1,143 @@
+"""(153591) 2001 SN263, a triple."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _rotation
+from .._units import Units
+from ..bodies import Body
+from ..elements import KeplerElements
+from ..pair import Component
+from ._build import UNITS, Frame, G, check_frame, in_frame
+from ._published import Published, Value, documented
+
+if TYPE_CHECKING:
+    from ..state import State
+    from ..system import System
+
+__all__ = ["sn263_2001"]
+
+FACTS = Published(
+    values={
+        "mass of Alpha": Value(917.466e10, "kg", "2.235e10", "F11"),
+        "mass of Beta": Value(24.039e10, "kg", "7.531e10", "F11"),
+        "mass of Gamma": Value(9.773e10, "kg", "3.273e10", "F11"),
+        "semi-major axis of Beta": Value(16.633, "km", "0.163", "F11"),
+        "eccentricity of Beta": Value(0.015, "", "0.009", "F11"),
+        "orbital period of Beta (not used)": Value(6.225, "day", "0.0953", "F11"),
+        "semi-major axis of Gamma": Value(3.804, "km", "", "F11"),
+        "eccentricity of Gamma": Value(0.016, "", "0.002", "F11"),
+        "orbital period of Gamma (not used)": Value(0.686, "day", "0.00159", "F11"),
+        "mutual inclination of the orbits": Value(14.0, "deg", "", "F11"),
+        "diameter of Alpha": Value(2.5, "km", "0.3", "B15"),
+        "diameter of Beta": Value(0.77, "km", "0.12", "B15"),
+        "diameter of Gamma": Value(0.43, "km", "0.14", "B15"),
+        "rotation period of Alpha": Value(3.4256, "h", "0.0002", "B15"),
+        "rotation period of Beta": Value(13.43, "h", "0.01", "B15"),
+        "pole of Alpha (longitude, latitude)": Value((309.0, -80.0), "deg", "15", "B15"),
+    },
+    sources={
+        "F11": "Fang et al. (2011), Astron. J. 141, 154, doi:10.1088/0004-6256/141/5/154",
+        "B15": "Becker et al. (2015), Icarus 248, 499, doi:10.1016/j.icarus.2014.10.048",
+    },
+    assumed=(
+        "the axis ratios are those of the arguments, spheres of the published volumes unless given",
+        "Gamma orbits in Alpha's equator; Beta's orbit is inclined to it by the mutual inclination, about Alpha's node",
+        "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two",
+        "both start at periapsis on the node, Gamma and Beta a half turn apart",
+        "Gamma spins at its mean motion (published: consistent with it), its longest axis towards Alpha",
+        "Beta spins about the pole of its orbit",
+    ),
+    frame="ecliptic",
+)
+
+
+@documented(FACTS)
+def sn263_2001(
+    *,
+    axis_ratios: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 1.0), (1.0, 1.0)),
+    frame: Frame = "ecliptic",
+    units: bool = False,
+    **options: Any,
+) -> tuple[System, State]:
+    """(153591) 2001 SN263: Alpha, the outer Beta and the inner Gamma, as three ellipsoids.
+
+    Parameters
+    ----------
+    axis_ratios : three pairs (a/b, b/c)
+        Of Alpha, Beta and Gamma, at the published volumes.
+    frame : {"ecliptic", "equatorial", "orbit"}
+        Of the state: the ecliptic of J2000, the ICRS, or Alpha's equator as xy-plane with its node on the x-axis.
+    units : bool
+        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    **options
+        Passed to :class:`fullbody.System`.
+
+    Returns
+    -------
+    system : System
+    state : State
+
+    Notes
+    -----
+    {published}
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.sn263_2001()
+    >>> system.names
+    ('Alpha', 'Beta', 'Gamma')
+    """
+    from ..state import State
+    from ..system import System
+
+    check_frame(frame)
+    names = ("Alpha", "Beta", "Gamma")
+    masses = np.array([FACTS[f"mass of {name}"] for name in names])
+    shapes = [
+        Component(diameter=FACTS[f"diameter of {name}"], axis_ratios=ratios, name=name).shape
+        for name, ratios in zip(names, axis_ratios, strict=True)
+    ]
+    bodies = [Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, masses, names, strict=True)]
+    # Everything in Alpha's equator first, then turned as a whole.
+    tilt = np.radians(FACTS["mutual inclination of the orbits"])
+    position, velocity = np.zeros((3, 3)), np.zeros((3, 3))
+    rates = [2 * np.pi / FACTS["rotation period of Alpha"], 2 * np.pi / FACTS["rotation period of Beta"], 0.0]
+    # Gamma about Alpha, then Beta about the barycentre of the two.
+    for index, inclination, start, mass in ((2, 0.0, 0.0, masses[0] + masses[2]), (1, tilt, np.pi, masses.sum())):
+        size, e = (FACTS[f"{what} of {names[index]}"] for what in ("semi-major axis", "eccentricity"))
+        orbit = KeplerElements(size, e, inclination, 0.0, start, 0.0)
+        r, v = orbit.to_cartesian(G * mass)
+        position[index] = masses @ position / (masses[0] + masses[2]) + r
+        velocity[index] = masses @ velocity / (masses[0] + masses[2]) + v
+        if names[index] == "Gamma":
+            rates[index] = 2 * np.pi / orbit.period(G * mass)
+    position -= masses @ position / masses.sum()
+    velocity -= masses @ velocity / masses.sum()
+    attitudes = [
+        np.array([1.0, 0.0, 0.0, 0.0]),
+        _rotation.turn(0, tilt),
+        # The x-axis towards Alpha.
+        _rotation.turn(2, np.pi),
+    ]
+    if frame != "orbit":
+        from ..frames import attitude
+
+        equator = attitude(*np.radians(FACTS["pole of Alpha (longitude, latitude)"]))
+        matrix = _rotation.matrices(equator)
+        position, velocity = position @ matrix.T, velocity @ matrix.T
+        attitudes = [_rotation.product(equator, q) for q in attitudes]
+    system = System(bodies, G=G, units=UNITS if units else None, frame=frame, **options)
+    attach = Units(UNITS).attach if units else Units().attach
+    state = State(
+        attach(position, "length"),
+        attach(velocity, "velocity"),
+        np.array(attitudes),
+        attach(np.array([[0.0, 0.0, rate] for rate in rates]), "spin"),
+        attach(np.float64(0.0), "time"),
+    )
+    return system, in_frame(state, FACTS, frame)

@@ -1,0 +1,242 @@
+//! The choice of a pair's rule, made between steps: by bounds where the bodies are well apart, by comparing rules where
+//! they are close, with hysteresis so that it does not flutter.
+
+use super::pair::{Kernel, Rule};
+use super::{Interaction, Method, Pair, Pose};
+use crate::error::{Error, Result};
+use crate::gravity::Near;
+use crate::math::Vec3;
+use crate::quadrature::{
+    Nodes, Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree,
+};
+use std::sync::Arc;
+
+/// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
+pub const MAX_RULE_DEGREE: usize = 400;
+/// Degrees that close bodies are tried with.
+const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
+/// A rule stays in use while it has at most this many degrees more than needed.
+const SLACK: usize = 3;
+/// Two rules never agree better than this.
+const ROUND_OFF: f64 = 4e-15;
+
+/// A rule's nodes, kept for the next time.
+#[derive(Debug, Clone)]
+pub(super) struct Made {
+    order: Order,
+    surface: bool,
+    point: bool,
+    nodes: Arc<Nodes>,
+}
+
+impl Pair {
+    /// Forgets the rule, so that the next choice does not depend on the past.
+    pub fn reset(&mut self) {
+        self.rule = None;
+    }
+
+    /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
+    /// between steps.
+    pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<()> {
+        if matches!(self.method, Method::Multipole(_) | Method::Point) {
+            return Ok(());
+        }
+        let mut scaled = self.scaled(pose);
+        scaled.separation *= 1.0 - closing;
+        let reach = scaled.separation.norm();
+        match (self.fixed, self.by_bounds(&scaled)) {
+            (Some(order), choice) => {
+                let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
+                self.adopt(integrated, degree, order, reach);
+                Ok(())
+            }
+            (None, Some((integrated, degree))) => {
+                let keep = self.rule.as_ref().is_some_and(|rule| {
+                    rule.integrated == integrated && (degree..=degree + SLACK).contains(&rule.degree)
+                });
+                let degree = match &self.rule {
+                    Some(rule) if keep => rule.degree,
+                    _ => degree,
+                };
+                self.adopt(integrated, degree, self.order(degree), reach);
+                Ok(())
+            }
+            (None, None) => self.by_comparison(&scaled, reach),
+        }
+    }
+
+    /// The body to integrate over and the degree, where a bound gives them.
+    fn by_bounds(&self, pose: &Pose) -> Option<(usize, usize)> {
+        let degree = |integrated: usize| {
+            let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
+            let Some(ellipsoid) = set.ellipsoid() else {
+                // The surface method integrates over a surface wherever there is one.
+                return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some(0);
+            };
+            let roles = self.roles(integrated, pose);
+            let centre = roles.turn.transpose() * roles.origin;
+            let other = field.focal_axes()[0];
+            match self.method {
+                Method::Surface => surface_degree(ellipsoid, &centre, other, self.tolerance),
+                _ if ellipsoid.focal_axes()[0] == 0.0 => Some(0),
+                _ => focal_degree(ellipsoid, &centre, other, self.tolerance),
+            }
+        };
+        self.cheaper([degree(0), degree(1)])
+    }
+
+    /// The same by the rate of the confocal family; no bound.
+    fn by_guess(&self, pose: &Pose) -> (usize, usize) {
+        let degree = |integrated: usize| {
+            let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
+            let ellipsoid = set.ellipsoid()?;
+            let roles = self.roles(integrated, pose);
+            let from_field = roles.turn.transpose();
+            let [p, q] = field.ellipsoid().map_or([Vec3::zeros(); 2], |e| focal_vectors(e, &from_field));
+            let kappa = closest_confocal(ellipsoid, &(from_field * -roles.origin), &p, &q);
+            Some(guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance))
+        };
+        self.cheaper([degree(0), degree(1)]).unwrap_or((0, MAX_RULE_DEGREE))
+    }
+
+    /// The lower of two degrees; the body in use stays unless the other one is clearly better.
+    fn cheaper(&self, degrees: [Option<usize>; 2]) -> Option<(usize, usize)> {
+        let in_use = self.rule.as_ref().map(|rule| rule.integrated);
+        let cost = |integrated: usize| {
+            let hysteresis = if in_use.is_some_and(|used| used != integrated) { SLACK } else { 0 };
+            degrees[integrated].map(|degree| (degree + hysteresis, integrated))
+        };
+        let (_, integrated) = [cost(0), cost(1)].into_iter().flatten().min()?;
+        degrees[integrated].map(|degree| (integrated, degree))
+    }
+
+    /// Raises the degree until a rule agrees with a finer one.
+    fn by_comparison(&mut self, pose: &Pose, reach: f64) -> Result<()> {
+        let (integrated, guess) = self.by_guess(pose);
+        let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
+        let mut level = LADDER
+            .iter()
+            .position(|&d| d >= in_use.unwrap_or(guess))
+            .unwrap_or(LADDER.len() - 2)
+            .min(LADDER.len() - 2);
+        self.adopt(integrated, LADDER[level], self.order(LADDER[level]), reach);
+        let mut coarse = self.scaled_interaction(pose);
+        while level + 1 < LADDER.len() {
+            let degree = LADDER[level + 1];
+            self.adopt(integrated, degree, self.order(degree), reach);
+            let fine = self.scaled_interaction(pose);
+            let difference = self.difference(&fine, &coarse);
+            if difference <= self.tolerance.max(ROUND_OFF) {
+                // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
+                let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };
+                let degree = if lower < level && self.agrees(integrated, LADDER[lower], pose, reach, &fine) {
+                    LADDER[lower]
+                } else {
+                    LADDER[level]
+                };
+                self.adopt(integrated, degree, self.order(degree), reach);
+                return Ok(());
+            }
+            coarse = fine;
+            level += 1;
+        }
+        Err(Error::NotConverged {
+            what: format!(
+                "{} quadrature between {} and {}",
+                self.method, self.bodies[0].name, self.bodies[1].name
+            ),
+            detail: format!(
+                "at separation {} a rule of degree {MAX_RULE_DEGREE} does not reach the tolerance {:e}; use \
+                 {}a larger gravity_tolerance or order=",
+                pose.separation.norm() * self.unit,
+                self.tolerance,
+                if self.method == Method::Focal { "" } else { "gravity=\"focal\", " }
+            ),
+        })
+    }
+
+    fn agrees(
+        &mut self,
+        integrated: usize,
+        degree: usize,
+        pose: &Pose,
+        reach: f64,
+        fine: &Interaction,
+    ) -> bool {
+        self.adopt(integrated, degree, self.order(degree), reach);
+        self.difference(&self.scaled_interaction(pose), fine) <= 0.1 * self.tolerance
+    }
+
+    fn order(&self, degree: usize) -> Order {
+        match self.method {
+            Method::Surface => Order::surface(degree),
+            _ => Order::focal(degree),
+        }
+    }
+
+    /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
+    fn adopt(&mut self, integrated: usize, degree: usize, order: Order, reach: f64) {
+        if let Some(rule) = &self.rule
+            && rule.integrated == integrated
+            && rule.order == order
+            && (rule.valid_from == 0.0 || (rule.valid_from..1.3 * rule.valid_from).contains(&reach))
+        {
+            return;
+        }
+        let nodes = self.nodes(integrated, order);
+        // Two spheres attract like points at any distance.
+        let everywhere = nodes.len() == 1 && self.bodies[1 - integrated].focal_axes()[0] == 0.0;
+        let valid_from = if everywhere { 0.0 } else { 0.9 * reach };
+        let kernel = self.kernel(integrated, valid_from);
+        self.rule = Some(Rule { integrated, order, degree, nodes, kernel, valid_from });
+    }
+
+    /// Largest difference of two evaluations: of the force relative to its size; of the torques relative to theirs, or to a
+    /// hundredth of the force times the body's radius where symmetry makes them small.
+    fn difference(&self, one: &Interaction, other: &Interaction) -> f64 {
+        let force = one.force_on_first.norm();
+        let torque = |a: &Vec3, b: &Vec3, body: usize| {
+            let size = a.norm().max(0.01 * force * self.bodies[body].shape.circumradius());
+            if size > 0.0 { (a - b).norm() / size } else { 0.0 }
+        };
+        // A torque carries the round-off of its lever times the force.
+        ((one.force_on_first - other.force_on_first).norm() / force)
+            .max(0.1 * torque(&one.torque_first, &other.torque_first, 0))
+            .max(0.1 * torque(&one.torque_second, &other.torque_second, 1))
+    }
+
+    fn kernel(&self, integrated: usize, distance: f64) -> Kernel {
+        let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
+        let radius = match self.method {
+            Method::Surface => set.shape.circumradius(),
+            _ => set.focal_axes()[0],
+        };
+        let closest = (distance - radius).max(0.0);
+        let kappa_min = closest * closest - field.shape.circumradius().powi(2);
+        match (field.series.cut_for(kappa_min, 0.1 * self.tolerance), field.ellipsoid()) {
+            (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
+            (cut, _) => Kernel::Far(cut.unwrap_or_default()),
+        }
+    }
+
+    /// The nodes of a rule; each is made once.
+    fn nodes(&mut self, integrated: usize, order: Order) -> Arc<Nodes> {
+        let set = &self.bodies[integrated];
+        let surface = self.method == Method::Surface && set.ellipsoid().is_some();
+        let point = !surface && set.focal_axes()[0] == 0.0;
+        let made = self
+            .made
+            .iter()
+            .find(|made| made.order == order && made.surface == surface && made.point == point);
+        if let Some(made) = made {
+            return made.nodes.clone();
+        }
+        let nodes = Arc::new(match (surface, point) {
+            (true, _) => Nodes::sphere(order),
+            (_, true) => Nodes::centre(),
+            _ => Nodes::focal(order),
+        });
+        self.made.push(Made { order, surface, point, nodes: nodes.clone() });
+        nodes
+    }
+}

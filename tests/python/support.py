@@ -1,0 +1,111 @@
+"""What several test files share: textbook formulas, distances between rotations, strategies of hypothesis."""
+
+import json
+from pathlib import Path
+
+import fullbody
+import numpy as np
+from hypothesis import strategies as st
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def reference(name):
+    """A file of tests/data, computed by other programs."""
+    return json.loads((DATA / f"{name}.json").read_text())
+
+
+def inertia(mass, axes):
+    """Principal moments of a homogeneous ellipsoid: the paper's I_11, I_22, I_33 with m = 4/3 pi rho a b c."""
+    a, b, c = axes
+    return mass / 5.0 * np.array([b * b + c * c, c * c + a * a, a * a + b * b])
+
+
+def angle_between(first, second):
+    """Angles (...) between rotation matrices (..., 3, 3); exact also where they are tiny, unlike an arc cosine."""
+    chord = np.linalg.norm(np.swapaxes(first, -1, -2) @ second - np.eye(3), axis=(-2, -1))
+    return 2.0 * np.arcsin(np.minimum(chord / np.sqrt(8.0), 1.0))
+
+
+def quaternion_product(p, q):
+    """Hamilton's product, scalar first."""
+    w, x, y, z = np.moveaxis(np.asarray(p, dtype=float), -1, 0)
+    a, b, c, d = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    return np.stack(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ],
+        axis=-1,
+    )
+
+
+def matrix(q):
+    """Rotation matrix of a unit quaternion, scalar first (Shuster 1993, eq. 97, transposed to body -> inertial)."""
+    w, v = q[0], np.asarray(q[1:])
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
+
+
+def rot_x(t):
+    return np.array([[1, 0, 0], [0, np.cos(t), -np.sin(t)], [0, np.sin(t), np.cos(t)]])
+
+
+def rot_y(t):
+    return np.array([[np.cos(t), 0, np.sin(t)], [0, 1, 0], [-np.sin(t), 0, np.cos(t)]])
+
+
+def rot_z(t):
+    return np.array([[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1]])
+
+
+def points(*masses, G=1.0, **options):
+    return fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in masses], G=G, **options)
+
+
+def worst(value, expected, scale=None):
+    """Largest difference, relative to the largest expected value or to a scale."""
+    value, expected = np.asarray(value, dtype=float), np.asarray(expected, dtype=float)
+    scale = np.abs(expected).max() if scale is None else scale
+    return np.abs(value - expected).max() / scale
+
+
+# Strategies
+
+directions = (
+    st.tuples(*[st.floats(-1, 1)] * 3)
+    .filter(lambda v: 0.1 < np.linalg.norm(v) <= 1)
+    .map(lambda v: np.array(v) / np.linalg.norm(v))
+)
+quaternions = (
+    st.tuples(*[st.floats(-1, 1)] * 4)
+    .filter(lambda q: 0.1 < np.linalg.norm(q) <= 1)
+    .map(lambda q: np.array(q) / np.linalg.norm(q))
+)
+semi_axes = st.tuples(*[st.floats(0.2, 1.0)] * 3)
+vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)
+
+
+@st.composite
+def pairs(draw, gravity=("focal", "surface")):
+    """A system of two separate ellipsoids (semi-axes up to 1) with a state; G = 1."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(*draw(semi_axes)), mass=draw(st.floats(0.1, 2.0)), name=name) for name in "AB"
+    ]
+    system = fullbody.System(bodies, G=1.0, gravity=draw(st.sampled_from(gravity)))
+    separation = draw(st.floats(2.2, 5.0)) * draw(directions)
+    place = draw(vectors)
+    # About the speed of a circular orbit, across the line of the centres: no collision for a quarter of a turn.
+    across = np.cross(separation, draw(directions))
+    speed = np.sqrt(sum(b.mass for b in bodies) / np.linalg.norm(separation))
+    velocity = across / max(np.linalg.norm(across), 1e-3) * speed
+    drift = 0.3 * draw(vectors)
+    state = fullbody.State(
+        position=[place, place + separation],
+        velocity=[drift, drift + velocity],
+        attitude=[draw(quaternions), draw(quaternions)],
+        spin=[draw(vectors), draw(vectors)],
+    )
+    return system, state

@@ -1,0 +1,98 @@
+"""Frames, poles, epochs: against astropy's own coordinates and published directions."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
+from astropy.time import Time
+from fullbody import frames
+
+#: Obliquity of the ecliptic at J2000, IAU 2006 (Capitaine et al. 2003).
+OBLIQUITY = np.radians(84381.406 / 3600)
+
+
+def test_the_ecliptic_is_turned_about_the_equinox_by_the_obliquity():
+    c, s = np.cos(OBLIQUITY), np.sin(OBLIQUITY)
+    expected = [[1, 0, 0], [0, c, s], [0, -s, c]]
+    # The ICRS differs from the equator and equinox of J2000 by some hundredths of an arc second.
+    np.testing.assert_allclose(frames.rotation("equatorial", "ecliptic"), expected, atol=2e-7)
+
+
+def test_poles_are_turned_as_astropy_turns_them():
+    lon, lat = frames.turn_pole(310 * u.deg, -84 * u.deg, "ecliptic", "equatorial")
+    expected = SkyCoord(310 * u.deg, -84 * u.deg, frame=BarycentricMeanEcliptic()).icrs
+    assert abs(lon - expected.ra).to_value(u.arcsec) < 1e-6
+    assert abs(lat - expected.dec).to_value(u.arcsec) < 1e-6
+    back = frames.turn_pole(lon, lat, "equatorial", "ecliptic")
+    np.testing.assert_allclose([b.to_value(u.deg) for b in back], [310, -84], rtol=1e-13)
+
+
+def test_any_frame_of_astropy_and_none_else():
+    # The north galactic pole for J2000: 12h 51m 26.282s, +27d 07' 42.01" (Reid & Brunthaler 2004).
+    ra, dec = frames.turn_pole(0.0, np.pi / 2, "galactic", "equatorial")
+    np.testing.assert_allclose(np.degrees([ra, dec]), [192.859508, 27.128336], atol=1e-4)
+    with pytest.raises(fullbody.InvalidInput, match="elliptic"):
+        frames.rotation("elliptic", "equatorial")
+
+
+def test_attitude_from_a_pole():
+    lon, lat, w = 2.0, -1.1, 0.7
+    state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], [frames.attitude(lon, lat, w)])
+    x, _, z = state.rotation_matrix[0].T
+    np.testing.assert_allclose(z, frames.pole_vector(lon, lat), atol=1e-15)
+    # W is measured from the node of the body's equator, which lies at right angles to the pole and in the xy-plane.
+    node = np.array([-np.sin(lon), np.cos(lon), 0.0])
+    np.testing.assert_allclose(x @ node, np.cos(w), atol=1e-15)
+    np.testing.assert_allclose(np.cross(node, x) @ z, np.sin(w), atol=1e-15)
+    with pytest.raises(fullbody.InvalidInput, match="latitude"):
+        frames.attitude(0.0, 2.0)
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+def test_elements_turn_like_their_vectors(degrees):
+    a, e, mu = 2.5 * u.km, 0.3, 2e-6 * u.km**3 / u.s**2
+    angles = np.radians([156.1, 105.4, 319.7, 40.0]) * u.rad
+    angles = angles.to(u.deg) if degrees else angles
+    orbit = fullbody.KeplerElements(a, e, *angles)
+    turned = orbit.to_frame("equatorial", "ecliptic")
+    assert turned.a == a
+    assert turned.e == e
+    assert turned.i.unit == angles.unit
+    for given, result in zip(orbit.to_cartesian(mu), turned.to_cartesian(mu), strict=True):
+        expected = SkyCoord(*given.value, frame=BarycentricMeanEcliptic(), representation_type="cartesian").icrs
+        np.testing.assert_allclose(result.value, expected.cartesian.xyz.value, rtol=1e-12)
+    back = turned.to_frame("ecliptic", "equatorial")
+    for name in ("i", "Omega", "omega", "M"):
+        np.testing.assert_allclose(getattr(back, name).value, getattr(orbit, name).value, rtol=1e-12)
+
+
+def test_a_hyperbola_and_arrays_turn():
+    orbit = fullbody.KeplerElements(-1.0, 1.5, np.array([0.1, 0.2]), 0.3, 0.4, -2.0)
+    back = orbit.to_frame("equatorial").to_frame("ecliptic", "equatorial")
+    np.testing.assert_allclose(back.i, orbit.i, rtol=1e-12)
+    np.testing.assert_allclose(back.M, [-2.0, -2.0], rtol=1e-12)
+
+
+def test_epochs():
+    system, state = fullbody.systems.kw4(units=True, epoch=Time(2459849.0, format="jd", scale="tdb"))
+    assert system.epoch == Time("2022-09-26T12:00:00", scale="tdb")
+    run = system.integrate(state, 2 * u.hour, output=1 * u.hour)
+    assert run.dates.scale == "tdb"
+    np.testing.assert_allclose((run.dates - system.epoch).to_value(u.s), [0, 3600, 7200], atol=1e-6)
+    plain, _ = fullbody.systems.case1(epoch="2000-01-01T12:00:00 tt")
+    assert plain.options["epoch"] == "2000-01-01T12:00:00 TT"
+    with pytest.raises(fullbody.InvalidInput, match="scale"):
+        fullbody.systems.case1(epoch="2000-01-01")
+    with pytest.raises(fullbody.InvalidInput, match="no epoch"):
+        _ = fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0).dates
+
+
+def test_epoch_and_frame_survive_a_file(tmp_path):
+    system, state = fullbody.systems.case1(epoch="2000-01-01T12:00:00 TT", frame="ecliptic")
+    run = system.integrate(state, 1.0)
+    run.save(tmp_path / "run.nc")
+    loaded = fullbody.load(tmp_path / "run.nc")
+    assert loaded == run
+    assert loaded.system.frame == "ecliptic"
+    assert loaded.system.epoch == system.epoch

@@ -1,0 +1,145 @@
+"""A body alone: the closed forms of torque-free rotation (Landau & Lifshitz, Mechanics, section 37)."""
+
+import fullbody
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipj, ellipk
+from support import angle_between, inertia, rot_x, rot_z
+
+AXES = (1.3, 1.0, 0.6)  # a > b > c, so that I_1 < I_2 < I_3
+MASS = 2.5
+MOMENTS = inertia(MASS, AXES)
+
+
+def euler_frame(spin_momentum, phi):
+    """Attitude with L along the inertial z: R = Rz(phi) Rx(theta) Rz(psi), from L in the body frame."""
+    x, y, z = spin_momentum
+    theta = np.arctan2(np.hypot(x, y), z)
+    psi = np.arctan2(x, y)
+    return rot_z(phi) @ rot_x(theta) @ rot_z(psi)
+
+
+class Jacobi:
+    """Spin and attitude of a triaxial body, exact; at t = 0 the spin has no y-component."""
+
+    def __init__(self, moments, wx, wz):
+        first, middle, last = moments
+        energy2 = first * wx**2 + last * wz**2
+        square = (first * wx) ** 2 + (last * wz) ** 2
+        # Beyond the separatrix the roles of the first and last axis are exchanged.
+        self.swapped = square < energy2 * middle
+        if self.swapped:
+            first, last = last, first
+        self.moments = np.array(moments)
+        self.momentum = np.sqrt(square)
+        self.amplitudes = (
+            np.sqrt((energy2 * last - square) / (first * (last - first))),
+            np.sqrt((energy2 * last - square) / (middle * (last - middle))),
+            np.sqrt((square - energy2 * first) / (last * (last - first))),
+        )
+        self.rate = np.sqrt((last - middle) * (square - energy2 * first) / (first * middle * last))
+        self.m = (middle - first) * (energy2 * last - square) / ((last - middle) * (square - energy2 * first))
+
+    def spin(self, t):
+        sn, cn, dn, _ = ellipj(self.rate * np.asarray(t), self.m)
+        values = [amplitude * f for amplitude, f in zip(self.amplitudes, (cn, sn, dn), strict=True)]
+        return np.stack(values[::-1] if self.swapped else values)
+
+    def precession_rate(self, t):
+        """d phi / dt about the angular momentum: L (I_1 w_1^2 + I_2 w_2^2) / (I_1^2 w_1^2 + I_2^2 w_2^2)."""
+        spin, (i1, i2, _) = self.spin(t), self.moments
+        across = (i1 * spin[0] ** 2 + i2 * spin[1] ** 2) / ((i1 * spin[0]) ** 2 + (i2 * spin[1]) ** 2)
+        return self.momentum * across
+
+    def attitude(self, t):
+        # Over a period of the squares the trapezoid rule converges geometrically; Gauss for the remainder.
+        half = 2 * ellipk(self.m) / self.rate
+        turns = np.floor(t / half)
+        mean = self.precession_rate(half * np.arange(400) / 400).mean()
+        rest = t - turns * half
+        nodes, weights = np.polynomial.legendre.leggauss(100)
+        phi = turns * half * mean + rest / 2 * (weights @ self.precession_rate(rest / 2 * (nodes + 1)))
+        return euler_frame(self.moments * self.spin(t), phi)
+
+
+def to_quaternion(frame):
+    return np.roll(Rotation.from_matrix(frame).as_quat(), 1)
+
+
+def alone(shape, frame, spin, until, times):
+    body = fullbody.Body(shape, mass=MASS)
+    state = fullbody.State(
+        position=[[1.0, -2.0, 3.0]], velocity=[[0.1, 0.2, -0.3]], attitude=[to_quaternion(frame)], spin=[spin]
+    )
+    return fullbody.System([body], G=1.0).integrate(state, until, output=times)
+
+
+# Either side of the separatrix, near each stable axis and close to the separatrix itself.
+SPINS = {"about x": (1.0, 0.2), "about z": (0.2, 1.0), "inside": (1.0, 0.45), "outside": (1.0, 0.9)}
+
+
+@pytest.mark.parametrize("name", SPINS)
+def test_triaxial_rotation(name):
+    exact = Jacobi(MOMENTS, *SPINS[name])
+    times = np.array([0.0, 0.7, 3.1, 11.0, 40.0, 100.0])
+    run = alone(fullbody.Ellipsoid(*AXES), exact.attitude(0.0), [SPINS[name][0], 0.0, SPINS[name][1]], 100.0, times)
+    for state in run:
+        expected = exact.spin(state.time)
+        assert np.abs(state.spin[0] - expected).max() < 2e-13
+        assert angle_between(exact.attitude(state.time), state.rotation_matrix[0]) < 2e-12
+    assert np.abs(run.energy_drift).max() < 1e-14
+    # The angular momentum keeps its direction in space: this ties the attitude to the spin.
+    assert run.angular_momentum_drift.max() < 2e-14
+
+
+def test_both_sides_of_the_separatrix_are_covered():
+    sides = [Jacobi(MOMENTS, *spin).swapped for spin in SPINS.values()]
+    assert set(sides) == {True, False}
+
+
+def test_comparison_can_fail():
+    exact = Jacobi(MOMENTS * [1.0, 1.0, 1.0 + 1e-9], 1.0, 0.2)
+    run = alone(fullbody.Ellipsoid(*AXES), exact.attitude(0.0), [1.0, 0.0, 0.2], 40.0, [40.0])
+    assert angle_between(exact.attitude(40.0), run[0].rotation_matrix[0]) > 1e-10
+
+
+@pytest.mark.parametrize("axes", [(1.0, 1.0, 0.4), (0.5, 0.5, 1.2)], ids=["oblate", "prolate"])
+def test_symmetric_top(axes):
+    """L turns about the figure axis at -(I_3 - I_1) / I_1 w_3 as the figure axis precesses about L at L / I_1."""
+    across, _, along = moments = inertia(MASS, axes)
+    spin = np.array([0.0, 0.6, 1.1])
+    momentum = moments * spin
+    length = np.linalg.norm(momentum)
+    rate = (along - across) / across * spin[2]
+    times = np.array([0.0, 1.0, 10.0, 77.0])
+    run = alone(fullbody.Ellipsoid(*axes), euler_frame(momentum, 0.0), spin, 77.0, times)
+    for state in run:
+        t = state.time
+        expected = np.array([-0.6 * np.sin(rate * t), 0.6 * np.cos(rate * t), 1.1])
+        assert np.abs(state.spin[0] - expected).max() < 1e-13
+        assert angle_between(euler_frame(moments * expected, length / across * t), state.rotation_matrix[0]) < 1e-12
+
+
+def test_sphere_turns_evenly():
+    spin = np.array([0.3, -0.5, 0.7])
+    run = alone(fullbody.Sphere(0.8), np.eye(3), spin, 50.0, [50.0])
+    assert np.abs(run.spin[0, 0] - spin).max() < 1e-15
+    angle = np.linalg.norm(spin) * 50.0
+    axis = spin / np.linalg.norm(spin)
+    expected = [np.cos(angle / 2), *(np.sin(angle / 2) * axis)]
+    assert min(np.abs(run.attitude[0, 0] - expected).max(), np.abs(run.attitude[0, 0] + expected).max()) < 1e-13
+
+
+def test_centre_moves_evenly():
+    run = alone(fullbody.Ellipsoid(*AXES), np.eye(3), [0.1, 0.2, 0.3], 100.0, [100.0])
+    assert np.abs(run.position[0, 0] - [11.0, 18.0, -27.0]).max() < 1e-13 * 27
+    assert (run.velocity[0, 0] == [0.1, 0.2, -0.3]).all()
+
+
+def test_no_torque_and_no_force_on_a_body_alone():
+    body = fullbody.Body(fullbody.Ellipsoid(*AXES), mass=MASS)
+    f = fullbody.System([body], G=1.0).interactions(fullbody.State([[1, 2, 3]], [[0, 0, 0]]))
+    assert (f.force == 0).all()
+    assert (f.torque == 0).all()
+    assert f.potential_energy == 0

@@ -1,0 +1,200 @@
+"""Runs as files and datasets: exact, atomic, with units; what cannot be read says which file."""
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody import Body, Ellipsoid, PointMass, Sphere
+
+NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum", "potential_energy")
+
+
+def small_run(**options):
+    system, state = fullbody.systems.case1(**options)
+    return system.integrate(state, 10.0, output=2.0)
+
+
+def other_runs():
+    bodies = [
+        Body(Ellipsoid(0.3, 0.2, 0.1), density=1.1, name="Größe 1999 KW₄"),
+        Body(Sphere(0.1), mass=1 / 3),
+        Body(PointMass(), mass=1e-7, name="probe"),
+    ]
+    three = fullbody.State(
+        [[0, 0, 0], [3, 0, 0], [0, 7, 1]],
+        [[0, 0, 0], [0, 0.3, 0], [0.2, 0, 0]],
+        spin=[[0.1, 0.2, 0.3]] * 3,
+        time=-1 / 3,
+    )
+    system = fullbody.System(bodies, G=np.pi, gravity_tolerance=1e-13, vector_path="portable")
+    with_units, state = fullbody.systems.kw4(units=True, gravity="surface", order=(8, 16))
+    with_quantities = fullbody.System(
+        [Body(Sphere(100 * u.m), density=2 * u.g / u.cm**3), Body(PointMass(), mass=1 * u.t)],
+        units=("km", "hour", "kg"),
+    )
+    pair = fullbody.State([[0, 0, 0], [1, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
+    return {
+        "plain": small_run(),
+        "tait_bryan": small_run(attitude_chart="tait_bryan", gravity="multipole:4"),
+        "three bodies": system.integrate(three, 1.0, integrator=fullbody.Verner98(rtol=1e-9, atol=0)),
+        "units": with_units.integrate(state, 3 * u.hour, output=1 * u.hour),
+        "bodies of quantities": with_quantities.integrate(pair, 0.01),
+        "backwards": fullbody.systems.case2()[0].integrate(fullbody.systems.case2()[1], -3.0),
+        "no samples": fullbody.systems.case2()[0].integrate(fullbody.systems.case2()[1], 3.0, output=[]),
+    }
+
+
+@pytest.mark.parametrize("name", other_runs())
+def test_load_gives_back_every_bit(name, tmp_path):
+    run = other_runs()[name]
+    run.save(tmp_path / "run.nc")
+    again = fullbody.load(tmp_path / "run.nc")
+    for part in NAMES:
+        assert np.array_equal(getattr(again, part), getattr(run, part)), part
+        assert getattr(getattr(again, part), "unit", None) == getattr(getattr(run, part), "unit", None)
+    assert again == run
+    assert again.system == run.system
+    assert again.statistics == run.statistics
+    assert again.integrator == run.integrator
+    assert again.system.names == run.system.names
+    if len(run):
+        assert again[-1] == run[-1]
+
+
+def test_a_loaded_run_goes_on_with_the_same_bits(tmp_path):
+    run = small_run()
+    run.save(tmp_path / "run.nc")
+    again = fullbody.load(tmp_path / "run.nc")
+    assert again.system.integrate(again[-1], 20.0) == run.system.integrate(run[-1], 20.0)
+
+
+def test_path_may_be_text_and_relative(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    small_run().save("run.nc")
+    assert fullbody.load("run.nc") == small_run()
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_saving_again_replaces(tmp_path):
+    path = tmp_path / "run.nc"
+    small_run().save(path)
+    other = small_run(gravity="surface")
+    other.save(path)
+    assert fullbody.load(path) == other
+
+
+def test_a_failing_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    """The disk fills up while the dataset is written: half of it is there, then an error."""
+    import xarray as xr
+
+    path = tmp_path / "run.nc"
+    small_run().save(path)
+    before = path.read_bytes()
+    original = xr.Dataset.to_netcdf
+
+    def full(self, target=None, *args, **options):
+        original(self, target, *args, **options)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    with pytest.raises(OSError, match="No space left"):
+        small_run(gravity="surface").save(path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_a_folder_that_does_not_exist(tmp_path):
+    with pytest.raises(OSError, match="nowhere"):
+        small_run().save(tmp_path / "nowhere" / "run.nc")
+
+
+def damaged(kind, path):
+    if kind == "empty":
+        path.write_bytes(b"")
+    elif kind == "text":
+        path.write_text("time,x,y,z\n0,1,2,3\n")
+    elif kind.startswith("truncated"):
+        small_run().save(path)
+        data = path.read_bytes()
+        path.write_bytes(data[: int(len(data) * float(kind.split()[1]))])
+    elif kind == "foreign":
+        import xarray as xr
+
+        xr.Dataset({"x": ("t", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
+    else:
+        import xarray as xr
+
+        dataset = small_run().to_xarray()
+        if kind == "no spin":
+            dataset = dataset.drop_vars("spin")
+        elif kind == "broken setup":
+            dataset.attrs["fullbody_setup"] = dataset.attrs["fullbody_setup"][:-20]
+        elif kind == "other setup":
+            dataset.attrs["fullbody_setup"] = '{"bodies": []}'
+        elif kind == "unknown shape":
+            dataset.attrs["fullbody_setup"] = dataset.attrs["fullbody_setup"].replace("Ellipsoid", "Potato")
+        elif kind == "no format":
+            del dataset.attrs["fullbody_format"]
+        elif kind == "newer":
+            dataset.attrs["fullbody_format"] = 99
+        elif kind == "wrong shape":
+            dataset = dataset.drop_vars("spin").assign(spin=("time", np.zeros(6)))
+        elif kind == "text for numbers":
+            dataset = dataset.drop_vars("spin").assign(spin=("time", ["a"] * 6))
+        dataset.to_netcdf(path, engine="h5netcdf")
+
+
+DAMAGE = ["empty", "text", "truncated 0.1", "truncated 0.5", "truncated 0.97", "foreign", "no spin", "broken setup"]
+DAMAGE += ["other setup", "unknown shape", "no format", "newer", "wrong shape", "text for numbers"]
+
+
+@pytest.mark.parametrize("kind", DAMAGE)
+def test_what_is_no_run_is_refused_with_its_path(kind, tmp_path):
+    path = tmp_path / "damaged.nc"
+    damaged(kind, path)
+    with pytest.raises(fullbody.InvalidInput, match=r"damaged\.nc"):
+        fullbody.load(path)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(FileNotFoundError, match="missing"):
+        fullbody.load(tmp_path / "missing.nc")
+
+
+def test_dataset_has_names_units_and_provenance():
+    system, state = fullbody.systems.kw4(units=True)
+    run = system.integrate(state, 2.0, output=1.0)
+    data = run.to_xarray()
+    assert dict(data.sizes) == {"time": 3, "body": 2, "axis": 3, "quaternion": 4, "part": 4}
+    assert data.body.values.tolist() == ["Alpha", "Beta"]
+    assert data.axis.values.tolist() == ["x", "y", "z"]
+    assert data.quaternion.values.tolist() == ["w", "x", "y", "z"]
+    units = {
+        "time": u.hour,
+        "position": u.km,
+        "velocity": u.km / u.hour,
+        "spin": u.rad / u.hour,
+        "energy": u.kg * u.km**2 / u.hour**2,
+        "angular_momentum": u.kg * u.km**2 / u.hour,
+    }
+    for name, unit in units.items():
+        assert u.Unit(data[name].attrs["units"]) == unit, name
+        assert data[name].attrs["long_name"]
+    assert np.array_equal(data.position.sel(body="Beta", axis="y"), run.position[:, 1, 1].value)
+    assert np.array_equal(data.energy.sel(part="total"), run.energy.value)
+    assert fullbody.__version__ in data.attrs.values()
+    assert any("Ho, Wold" in str(value) for value in data.attrs.values())
+
+
+def test_dataset_without_units_claims_none():
+    data = small_run().to_xarray()
+    assert not any("units" in data[name].attrs for name in data.variables)
+
+
+def test_an_interrupted_run_can_be_saved(tmp_path):
+    """What an error leaves behind is a run like any other."""
+    system = fullbody.System([Body(Sphere(1.0), mass=1.0), Body(Sphere(1.0), mass=1.0)], G=1.0)
+    with pytest.raises(fullbody.BodiesOverlap) as caught:
+        system.integrate(fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3))), 100.0)
+    caught.value.run.save(tmp_path / "run.nc")
+    assert fullbody.load(tmp_path / "run.nc") == caught.value.run

@@ -1,0 +1,196 @@
+"""Binaries from published numbers: Kepler's law and directions worked out by hand."""
+
+import warnings
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Component, binary
+
+BIG, SMALL = {"semi_axes": (1.0, 0.9, 0.8)}, {"semi_axes": (0.3, 0.2, 0.15)}
+
+
+def relative(state):
+    return state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+
+
+def test_sizes():
+    expected = fullbody.Ellipsoid(1.0, 0.5, 0.25)
+    assert Component(semi_axes=(1.0, 0.5, 0.25)).shape == expected
+    assert Component(diameters=(2.0, 1.0, 0.5)).shape == expected
+    # The sphere of equal volume has the radius (1 * 0.5 * 0.25)^(1/3) = 0.5.
+    shape = Component(diameter=1.0, axis_ratios=(2.0, 2.0)).shape
+    np.testing.assert_allclose([shape.a, shape.b, shape.c], [1.0, 0.5, 0.25], rtol=1e-15)
+    assert Component(diameter=2 * u.km).shape == fullbody.Ellipsoid(1 * u.km, 1 * u.km, 1 * u.km)
+    with pytest.raises(fullbody.InvalidInput, match="expected one of them"):
+        Component(diameter=1.0, diameters=(1, 1, 1))
+    with pytest.raises(fullbody.InvalidInput, match="beside a diameter"):
+        Component(diameters=(1, 1, 1), axis_ratios=(1.2, 1.0))
+    with pytest.raises(fullbody.InvalidInput, match="both a mass and a density"):
+        Component(diameter=1.0, mass=1.0, density=1.0)
+
+
+VOLUMES = 4 / 3 * np.pi * np.array([0.72, 0.009])
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "pair", "expected"),
+    [
+        ({"mass": 3.0}, {"mass": 1.0}, {}, [3, 1]),
+        ({"density": 2.0}, {"density": 1.0}, {}, VOLUMES * [2, 1]),
+        ({"mass": 3.0}, {"density": 1.0}, {}, [3, VOLUMES[1]]),
+        ({}, {}, {"total_mass": 4.0, "mass_ratio": 1 / 3}, [3, 1]),
+        ({}, {}, {"total_mass": 4.0, "equal_density": True}, 4 * VOLUMES / sum(VOLUMES)),
+        ({"mass": 3.0}, {}, {"total_mass": 4.0}, [3, 1]),
+        ({}, {"mass": 1.0}, {"total_mass": 4.0}, [3, 1]),
+        ({"mass": 3.0}, {}, {"mass_ratio": 1 / 3}, [3, 1]),
+        ({}, {"mass": 1.0}, {"mass_ratio": 1 / 3}, [3, 1]),
+        # By Kepler's law a = 4 and P = 8 pi make G M = 4 pi^2 64 / (64 pi^2) = 4.
+        ({}, {}, {"semi_major_axis": 4.0, "period": 8 * np.pi, "mass_ratio": 1 / 3}, [3, 1]),
+    ],
+)
+def test_masses(first, second, pair, expected):
+    pair = {"semi_major_axis": 4.0, **pair}
+    system, _ = binary(Component(**BIG, **first), Component(**SMALL, **second), G=1.0, **pair)
+    np.testing.assert_allclose(system.masses, expected, rtol=1e-14)
+
+
+def test_period_and_semi_major_axis():
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    for given in ({"period": 8 * np.pi}, {"semi_major_axis": 4.0}, {"period": 8 * np.pi, "semi_major_axis": 4.0}):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            system, state = binary(first, second, G=1.0, eccentricity=0.2, **given)
+        np.testing.assert_allclose(relative(state)[0], [3.2, 0, 0], atol=1e-14)
+        np.testing.assert_allclose(state.spin[1, 2], 0.25, rtol=1e-14)
+        np.testing.assert_allclose(system.momentum(state), 0.0, atol=1e-14)
+
+
+def test_contradictions_are_reported():
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    with pytest.warns(fullbody.InconsistentInput, match=r"semi-major axis is 4 by .* and 4.04 by .* 0.99 %"):
+        _, state = binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04)
+    np.testing.assert_allclose(relative(state)[0][0], 4.0, rtol=1e-14)
+    with pytest.raises(fullbody.InvalidInput, match="a difference of 20 %"):
+        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0)
+    with pytest.raises(fullbody.InvalidInput, match="total mass is 4 by the components and 5 by total_mass"):
+        binary(first, second, G=1.0, period=1.0, total_mass=5.0)
+    with pytest.raises(fullbody.InvalidInput, match="mass ratio"):
+        binary(first, second, G=1.0, period=1.0, mass_ratio=0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04, mismatch_warning=0.02)
+
+
+@pytest.mark.parametrize(
+    ("given", "what"),
+    [
+        ({"period": 1.0}, "the masses are not given"),
+        ({"period": 1.0, "total_mass": 1.0}, "shared is not given"),
+        ({"total_mass": 1.0, "mass_ratio": 0.1}, "neither period nor"),
+        ({"total_mass": -1.0, "mass_ratio": 0.1, "period": 1.0}, "total_mass is -1.0"),
+        ({"total_mass": 1.0, "mass_ratio": 0.0, "period": 1.0}, "mass_ratio is 0.0"),
+        ({"total_mass": 1.0, "mass_ratio": 0.1, "equal_density": True, "period": 1.0}, "expected one of the two"),
+        ({"total_mass": 1.0, "mass_ratio": 0.1, "period": 1.0, "at_rest": "sun"}, "at_rest is 'sun'"),
+        ({"total_mass": 1.0 * u.kg, "mass_ratio": 0.1, "period": 1.0}, "no units"),
+    ],
+)
+def test_what_is_missing_or_wrong_is_named(given, what):
+    with pytest.raises(fullbody.InvalidInput, match=what):
+        binary(Component(**BIG), Component(**SMALL), G=1.0, **given)
+    with pytest.raises(fullbody.InvalidInput, match="G is not given"):
+        binary(Component(**BIG), Component(**SMALL), period=1.0, total_mass=1.0, mass_ratio=0.1)
+
+
+def test_poles_and_pointing():
+    lon, lat = np.radians([310.0, -84.0])
+    system, state = binary(
+        Component(**BIG, mass=3.0, rotation_period=2.0, pole=(1.0, 0.5), rotation_angle=0.3),
+        Component(**SMALL, mass=1.0),
+        G=1.0,
+        semi_major_axis=4.0,
+        eccentricity=0.1,
+        mean_anomaly=2.0,
+        argument_of_periapsis=0.4,
+        pole=(lon, lat),
+        libration=np.radians(10),
+    )
+    r, v = relative(state)
+    orbit_pole = np.cross(r, v) / np.linalg.norm(np.cross(r, v))
+    direction = [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]
+    np.testing.assert_allclose(orbit_pole, direction, atol=1e-14)
+    elements = fullbody.KeplerElements.from_cartesian(r, v, system.mu())
+    np.testing.assert_allclose([elements.omega, elements.M], [0.4, 2.0], rtol=1e-12)
+    x, _, z = state.rotation_matrix[1].T
+    np.testing.assert_allclose(z, direction, atol=1e-14)
+    towards = -r / np.linalg.norm(r)
+    np.testing.assert_allclose(x @ towards, np.cos(np.radians(10)), rtol=1e-13)
+    np.testing.assert_allclose(np.cross(towards, x) @ z, np.sin(np.radians(10)), rtol=1e-12)
+    np.testing.assert_allclose(state.attitude[0], fullbody.frames.attitude(1.0, 0.5, 0.3), atol=1e-15)
+    np.testing.assert_allclose(state.spin[0], [0, 0, np.pi], rtol=1e-15)
+
+
+def test_a_secondary_that_is_not_synchronous():
+    _, state = binary(
+        Component(**BIG, mass=3.0),
+        Component(**SMALL, mass=1.0, rotation_period=-4.0, rotation_angle=90 * u.deg),
+        G=1.0,
+        semi_major_axis=4.0,
+        synchronous=False,
+        at_rest="primary",
+    )
+    np.testing.assert_array_equal(state.position[0], 0.0)
+    np.testing.assert_array_equal(state.velocity[0], 0.0)
+    np.testing.assert_allclose(state.rotation_matrix[1][:, 0], [0, 1, 0], atol=1e-15)
+    np.testing.assert_allclose(state.spin[1, 2], -np.pi / 2)
+    with pytest.raises(fullbody.InvalidInput, match="synchronous"):
+        binary(Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0, rotation_period=1.0), G=1.0, period=1.0)
+
+
+def test_units():
+    system, state = binary(
+        Component(diameters=(1.53, 1.50, 1.35) * u.km, rotation_period=2.765 * u.hour),
+        Component(diameters=(0.57, 0.46, 0.35) * u.km),
+        total_mass=2.49e12 * u.kg,
+        mass_ratio=0.057,
+        period=17.42 * u.hour,
+        pole=(105.4 * u.deg, -66 * u.deg),
+        units=("m", "s", "kg"),
+        frame="ecliptic",
+        epoch="2001-05-27 UTC",
+    )
+    # Ostro et al. (2006) publish a = 2.548 km with these.
+    np.testing.assert_allclose(np.linalg.norm(relative(state)[0].to_value(u.km)), 2.548, rtol=1e-3)
+    assert system.frame == "ecliptic"
+    assert state.spin.unit == u.rad / u.s
+    assert system.bodies[0].shape.a == 0.765 * u.km
+    run = system.integrate(state, 1 * u.hour)
+    assert run.dates[0].scale == "utc"
+
+
+def test_mean_elements_keep_the_period():
+    """Over an oblate primary; the osculating start loses 3 J2 (R/a)^2 of the period."""
+    a, c, size = 1.0, 0.8, 5.0
+    given = {"G": 1.0, "mass_ratio": 1e-6, "total_mass": 1.0}
+    shapes = (Component(semi_axes=(a, a, c), rotation_period=3.0), Component(diameter=0.1))
+    period = 2 * np.pi * size**1.5
+    j2 = (a**2 - c**2) / 5 / a**2
+    loss = 1.5 * j2 / size**2
+    runs = {}
+    for kind in ("osculating", "mean"):
+        system, state = binary(*shapes, period=period, elements=kind, **given)
+        run = system.integrate(state, 20 * period, output=period / 30)
+        runs[kind] = fullbody.observables.mutual_period(run).mean
+    np.testing.assert_allclose(runs["mean"], period, rtol=1e-9)
+    np.testing.assert_allclose(runs["osculating"], period * (1 - 2 * loss), rtol=0.1 * loss)
+    # The other way round: the semi-major axis is kept, and n^2 a^3 = G M (1 + 3/2 J2/a^2 - 15/8 J4/a^4), with
+    # J4 = -3/35 (1 - c^2)^2 of a homogeneous spheroid of radius one.
+    system, state = binary(*shapes, semi_major_axis=size, elements="mean", **given)
+    np.testing.assert_allclose(relative(state)[0], [size, 0, 0], atol=1e-14)
+    rate = np.linalg.norm(relative(state)[1]) / size
+    fourth = 15 / 8 * 3 / 35 * (a**2 - c**2) ** 2 / size**4
+    np.testing.assert_allclose(rate**2 * size**3, 1 + loss + fourth, rtol=1e-6)
+    np.testing.assert_allclose(state.spin[1, 2], rate, rtol=1e-12)
+    with pytest.raises(fullbody.InvalidInput, match="elements is 'true'"):
+        binary(*shapes, period=period, elements="true", **given)

@@ -1,0 +1,290 @@
+"""Input files of SIANS and GUBAS, and REBOUND's simulations: each number worked out by hand from the formats."""
+
+import pathlib
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+import rebound
+
+DATA = pathlib.Path(__file__).parents[1] / "data" / "peers"
+
+
+def changed(tmp_path, name, old, new):
+    """A copy of a sample with one text replaced."""
+    text = (DATA / name).read_text()
+    assert old in text
+    path = tmp_path / name
+    path.write_text(text.replace(old, new, 1))
+    return path
+
+
+def line_of(path, text):
+    return next(k for k, line in enumerate(path.read_text().splitlines(), 1) if text in line)
+
+
+# SIANS
+
+
+def test_sians_cartesian():
+    system, state = fullbody.read_sians(DATA / "sians_pair.txt")
+    assert system.G == 1.0
+    np.testing.assert_array_equal(system.masses, [3.0, 0.25])
+    assert system.bodies[1].shape == fullbody.Ellipsoid(0.4, 0.3, 0.2)
+    np.testing.assert_array_equal(state.position, [[0, 0, 0], [6, 0.5, -0.25]])
+    np.testing.assert_array_equal(state.velocity, [[0, 0, 0], [0, 0.7, 0.1]])
+    np.testing.assert_allclose(np.degrees(state.tait_bryan), [[30, 0, 0], [0, -20, 45]], atol=1e-13)
+    np.testing.assert_allclose(state.spin, [[0, 0, 1.5], [0.01, 0, 0.39269908169872414]], rtol=1e-15)
+
+
+def test_sians_kw4_is_the_paper_run():
+    system, state = fullbody.read_sians(DATA / "sians_kw4.txt", units="kmhr")
+    expected_system, expected = fullbody.systems.kw4_ho2021()
+    np.testing.assert_allclose(system.G, expected_system.G, rtol=1e-15)
+    assert [b.shape for b in system.bodies] == [b.shape for b in expected_system.bodies]
+    for name in ("position", "velocity", "attitude", "spin"):
+        np.testing.assert_allclose(getattr(state, name), getattr(expected, name), rtol=1e-14, atol=1e-15)
+
+
+def test_sians_units_give_quantities():
+    system, state = fullbody.read_sians(DATA / "sians_kw4.txt", units=("km", "hour", "kg"))
+    assert system.units == ("km", "h", "kg")
+    np.testing.assert_allclose(system.G.to_value(u.m**3 / (u.kg * u.s**2)), 6.67408e-11, rtol=1e-15)
+    assert state.spin[0, 2] == 2.2728 * u.rad / u.hour
+
+
+def test_sians_period_is_in_days(tmp_path):
+    path = changed(tmp_path, "sians_kw4.txt", "kepler: 2", "kepler: 1")
+    path.write_text(
+        path.read_text().replace("2.548 0.0004", "0.72583 0.0004").replace("105.4 319.7 0", "105.4 319.7 330")
+    )
+    system, state = fullbody.read_sians(path, units="kmhr")
+    r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+    orbit = fullbody.KeplerElements.from_cartesian(r, v, system.mu())
+    np.testing.assert_allclose(orbit.period(system.mu()) / 24.0, 0.72583, rtol=1e-12)
+    # The mean longitude is counted from the node: M = 330 - 319.7 degrees.
+    np.testing.assert_allclose(np.degrees([orbit.omega, orbit.M]), [319.7, 10.3], rtol=1e-9)
+    with pytest.raises(fullbody.InvalidInput, match="days"):
+        fullbody.read_sians(path)
+
+
+def test_sians_density_and_points(tmp_path):
+    path = changed(tmp_path, "sians_pair.txt", "density: 0", "density: 1")
+    system, _ = fullbody.read_sians(path)
+    np.testing.assert_allclose(system.masses, 4 / 3 * np.pi * np.array([3.0 * 0.4, 0.25 * 0.024]), rtol=1e-15)
+    path = changed(tmp_path, "sians_pair.txt", "0.4 0.3 0.2", "0 0 0")
+    assert fullbody.read_sians(path)[0].bodies[1].shape == fullbody.PointMass()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("sun: 0", "sun: 1", "Sun's gravity"),
+        ("0.4 0.3 0.2", "beta.obj", "polyhedron 'beta.obj'"),
+        ("0.4 0.3 0.2", "beta.obj 0.5", "polyhedron"),
+        ("0.4 0.3 0.2", "0.4 0.3", "polyhedron"),
+        ("0.4 0.3 0.2", "0.4 0.3 -0.2", "above zero"),
+        ("0 0.7 0.1", "0 0.7 fast", "'fast'; expected a number"),
+        ("0 0.7 0.1", "0 0.7", "expected three numbers"),
+        ("0 0.7 0.1", "0 0.7 nan", "finite"),
+        ("3*1e0", "3*1e0 4", "expected one number"),
+        ("3*1e0", "-3.25", "above zero"),
+        ("0.01 0 pi/8", "0.01 0 pi/8/2", "one division"),
+        ("0.01 0 pi/8", "0.01 0 pi/0", "division by zero"),
+        ("quadval: 4", "quadval 4", "no setting"),
+        ("quadval: 4", "quadvalue: 4", "no setting of SIANS"),
+        ("kepler: 0", "kepler: 3", "expected one of"),
+        ("0 0.7 0.1", "0 0.7 0.1\n0 0 0", "expected 2"),
+    ],
+)
+def test_sians_names_the_line(tmp_path, old, new, what):
+    path = changed(tmp_path, "sians_pair.txt", old, new)
+    line = line_of(path, new.splitlines()[-1])
+    if "\n" in new:
+        line = line_of(path, new.splitlines()[0]) + 1
+    with pytest.raises(fullbody.InvalidInput, match=f"line {line}: .*{what}"):
+        fullbody.read_sians(path)
+
+
+def test_sians_missing_section(tmp_path):
+    path = tmp_path / "cut.txt"
+    path.write_text((DATA / "sians_pair.txt").read_text().split("@ Angular")[0])
+    with pytest.raises(fullbody.InvalidInput, match="no section of angular velocities"):
+        fullbody.read_sians(path)
+    with pytest.raises(FileNotFoundError):
+        fullbody.read_sians(tmp_path / "none.txt")
+    with pytest.raises(fullbody.InvalidInput, match="'km'"):
+        fullbody.read_sians(DATA / "sians_pair.txt", units="km")
+
+
+# GUBAS
+
+
+@pytest.mark.parametrize("name", ["gubas_pair.cfg", "gubas_ic_input.txt"])
+def test_gubas(name):
+    system, state = fullbody.read_gubas(DATA / name)
+    assert system.bodies[0].shape == fullbody.Ellipsoid(0.4, 0.39, 0.3)
+    assert system.bodies[1].shape == fullbody.Ellipsoid(0.09, 0.08, 0.06)
+    # 2.1 and 1.9 g/cm^3.
+    masses = 4 / 3 * np.pi * np.array([400 * 390 * 300 * 2100.0, 90 * 80 * 60 * 1900.0])
+    np.testing.assert_allclose(system.masses, masses, rtol=1e-12)
+    np.testing.assert_allclose(system.G, 6.67e-20, rtol=1e-15)
+    assert state.time == 60.0
+    # The primary's y-axis is the inertial z-axis, its z-axis the inertial -y-axis.
+    np.testing.assert_allclose(state.position[1] - state.position[0], [1.0, 0.05, 0.2], rtol=1e-14)
+    np.testing.assert_allclose(state.velocity[1] - state.velocity[0], [1e-5, -2e-6, 1.5e-4], rtol=1e-14)
+    np.testing.assert_allclose(system.momentum(state), 0.0, atol=1e-9 * masses[1] * 1.5e-4)
+    np.testing.assert_allclose(masses @ state.position, 0.0, atol=1e-14 * masses[0])
+    np.testing.assert_allclose(state.rotation_matrix[0], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], atol=1e-15)
+    # The secondary's x-axis is the primary's y-axis.
+    np.testing.assert_allclose(state.rotation_matrix[1][:, 0], [0, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(state.spin, [[1e-6, 0, 7.7e-4], [2e-6, 3e-6, 1.5e-4]], atol=1e-20)
+
+
+def test_gubas_units():
+    system, state = fullbody.read_gubas(DATA / "gubas_pair.cfg", units=True, gravity="multipole:4")
+    assert system.options["gravity"] == "multipole:4"
+    np.testing.assert_allclose(system.bodies[0].density, 2.1e12)
+    assert state.time == 60 * u.s
+
+
+def test_gubas_euler_angles(tmp_path):
+    path = changed(tmp_path, "gubas_pair.cfg", "B into A Euler Flag: 0", "B into A Euler Flag: 1")
+    text = path.read_text()
+    for old, new in (("1 X: 0.", "1 X: 10."), ("2 Y: 0.", "2 Y: 20."), ("3 Z: 0.", "3 Z: 30.")):
+        text = text.replace(f"B into A Euler {old}", f"B into A Euler {new}")
+    path.write_text(text.replace("A into N Euler Flag: 0", "A into N Euler Flag: 1"))
+    _, state = fullbody.read_gubas(path, euler="degree")
+    # The first row of the matrix of 1-2-3 angles, written out: c2 c3, -c2 s3, s2.
+    c2, s2, c3, s3 = np.cos(np.pi / 9), np.sin(np.pi / 9), np.cos(np.pi / 6), 0.5
+    np.testing.assert_allclose(state.rotation_matrix[1][0], [c2 * c3, -c2 * s3, s2], rtol=1e-14)
+    np.testing.assert_allclose(state.rotation_matrix[1][1, 2], -np.sin(np.pi / 18) * c2, rtol=1e-14)
+    with pytest.warns(UserWarning, match="radians"):
+        _, documented = fullbody.read_gubas(path)
+    assert documented == state
+    _, radians = fullbody.read_gubas(path, euler="radian")
+    np.testing.assert_allclose(radians.rotation_matrix[1][0, 2], np.sin(20.0), rtol=1e-14)
+    with pytest.raises(fullbody.InvalidInput, match="euler"):
+        fullbody.read_gubas(path, euler="grad")
+
+
+@pytest.mark.parametrize("extra", [8, 16])
+def test_gubas_longer_layouts(tmp_path, extra):
+    """A fly-by (eight lines more) and a heliocentric orbit (eight again), all switched off."""
+    lines = (DATA / "gubas_ic_input.txt").read_text().splitlines()
+    head, switches, tail = lines[:58], lines[58:60], lines[60:]
+    path = tmp_path / "ic_input.txt"
+    middle = ["0"] * (extra // 8) + switches + ["1.0"] * (7 * extra // 8)
+    path.write_text("\n".join(head + middle + tail))
+    assert fullbody.read_gubas(path) == fullbody.read_gubas(DATA / "gubas_ic_input.txt")
+    path.write_text("\n".join([*head, "1", *middle[1:], *tail]))
+    with pytest.raises(fullbody.InvalidInput, match="line 59: the file asks for a fly-by"):
+        fullbody.read_gubas(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("Primary Shape Flag: 1", "Primary Shape Flag: 2", "polyhedron"),
+        ("Flyby: 0", "Flyby: 1", "'Flyby'"),
+        ("Solar Gravity: 0", "Solar Gravity: 1", "'Solar Gravity'"),
+        ("Tidal Torque: 0", "Tidal Torque: 1", "'Tidal Torque'"),
+        ("Fahnestock Input File Flag: 0", "Fahnestock Input File Flag: 1", "Fahnestock"),
+        ("Relative Position Y: 200.", "Relative Position Y: near", "'near'; expected a number"),
+        ("Secondary Shape Flag: 1", "Secondary Shape Flag: 5", "expected one of"),
+        ("Relative Position Y: 200.", "Relative Position Y", "no 'name: value'"),
+        ("Relative Position Y: 200.", "Relative Position X: 200.", "already exists"),
+    ],
+)
+def test_gubas_config_names_the_line(tmp_path, old, new, what):
+    line = line_of(DATA / "gubas_pair.cfg", old)
+    path = changed(tmp_path, "gubas_pair.cfg", old, new)
+    with pytest.raises(fullbody.InvalidInput, match=f"line {line}: .*{what}"):
+        fullbody.read_gubas(path)
+
+
+def test_gubas_config_without_an_entry(tmp_path):
+    path = changed(tmp_path, "gubas_pair.cfg", "Primary Density: 2.1\n", "")
+    with pytest.raises(fullbody.InvalidInput, match="no 'Primary Density'"):
+        fullbody.read_gubas(path)
+    path = changed(tmp_path, "gubas_pair.cfg", "B into A (1,2): -1.0", "B into A (1,2): 1.0")
+    with pytest.raises(fullbody.InvalidInput, match="B into A is no rotation"):
+        fullbody.read_gubas(path)
+    path = changed(tmp_path, "gubas_pair.cfg", "Semi-Minor Axis: 60.", "Semi-Minor Axis: -60.")
+    with pytest.raises(fullbody.InvalidInput, match="semi-axis c"):
+        fullbody.read_gubas(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "new", "what"),
+    [
+        (11, "2", "polyhedron"),
+        (59, "1", "Sun's gravity"),
+        (60, "1", "tidal"),
+        (26, "x", "'x'; expected a number"),
+        (12, "7", "expected 0"),
+    ],
+)
+def test_gubas_numbers_name_the_line(tmp_path, line, new, what):
+    lines = (DATA / "gubas_ic_input.txt").read_text().splitlines()
+    lines[line - 1] = new
+    path = tmp_path / "ic_input.txt"
+    path.write_text("\n".join(lines))
+    with pytest.raises(fullbody.InvalidInput, match=f"line {line}: .*{what}"):
+        fullbody.read_gubas(path)
+    path.write_text("\n".join(lines[:40]))
+    with pytest.raises(fullbody.InvalidInput, match="ends after 40 lines"):
+        fullbody.read_gubas(path)
+
+
+# REBOUND
+
+
+def test_rebound_there_and_back():
+    sim = rebound.Simulation()
+    sim.G = 39.5
+    sim.add(m=1.0, r=0.005)
+    sim.add(m=1e-3, a=5.2, e=0.05, inc=0.02, Omega=1.0, omega=2.0, M=3.0)
+    sim.move_to_com()
+    system, state = fullbody.from_rebound(sim)
+    assert system.bodies[0].shape == fullbody.Sphere(0.005)
+    assert system.bodies[1].shape == fullbody.PointMass()
+    back = fullbody.to_rebound(system, state)
+    assert back.G == 39.5
+    for given, result in zip(sim.particles, back.particles, strict=True):
+        assert result.xyz == given.xyz
+        assert result.vxyz == given.vxyz
+        np.testing.assert_allclose(result.r, given.r, rtol=1e-14)
+
+
+def test_point_masses_move_as_in_rebound():
+    sim = rebound.Simulation()
+    sim.integrator = "ias15"
+    sim.add(m=1.0)
+    sim.add(m=0.02, a=1.0, e=0.3)
+    sim.add(m=0.01, a=3.0, e=0.1, inc=0.3)
+    sim.move_to_com()
+    system, state = fullbody.from_rebound(sim)
+    run = system.integrate(state, 50.0, output=50.0)
+    sim.integrate(50.0)
+    for k, particle in enumerate(sim.particles):
+        np.testing.assert_allclose(run.position[-1, k], particle.xyz, rtol=0, atol=1e-10)
+
+
+def test_to_rebound_strips_units():
+    system, state = fullbody.systems.kw4(units=True)
+    sim = fullbody.to_rebound(system, state)
+    # Equal volumes, km.
+    np.testing.assert_allclose(sim.particles[0].r, (0.766 * 0.7475 * 0.6735) ** (1 / 3), rtol=1e-14)
+    np.testing.assert_allclose(sim.particles[1].m, 0.135e12)
+
+
+def test_rebound_refuses_what_we_lack():
+    sim = rebound.Simulation()
+    with pytest.raises(fullbody.InvalidInput, match="no particles"):
+        fullbody.from_rebound(sim)
+    sim.add(m=1.0)
+    sim.add(a=1.0)
+    with pytest.raises(fullbody.InvalidInput, match="particle 1"):
+        fullbody.from_rebound(sim)

@@ -1,0 +1,239 @@
+"""Runs and simulations: what is recorded when, backwards, in pieces, with a callback."""
+
+import fullbody
+import numpy as np
+import pytest
+from support import angle_between, points
+
+SYSTEM, STATE = fullbody.systems.case1()
+
+
+def test_output_none_is_every_accepted_step():
+    run = SYSTEM.integrate(STATE, 20.0)
+    assert len(run) == run.statistics.steps + 1
+    assert run.time[0] == 0.0
+    assert run.time[-1] == 20.0
+    assert (np.diff(run.time) > 0).all()
+
+
+def test_output_number_is_the_spacing():
+    run = SYSTEM.integrate(STATE, 10.0, output=2.5)
+    assert run.time.tolist() == [0.0, 2.5, 5.0, 7.5, 10.0]
+
+
+def test_output_number_includes_the_end():
+    assert SYSTEM.integrate(STATE, 10.0, output=4.0).time.tolist() == [0.0, 4.0, 8.0, 10.0]
+    assert SYSTEM.integrate(STATE, 10.0, output=40.0).time.tolist() == [0.0, 10.0]
+
+
+def test_output_spacing_does_not_add_up_round_off():
+    time = SYSTEM.integrate(STATE.replace(time=5.0), 15.0, output=0.1).time
+    assert len(time) == 101
+    assert np.abs(time - (5.0 + 0.1 * np.arange(101))).max() < 4e-15
+    assert time[-1] == 15.0
+
+
+def test_output_array_is_exactly_those_times():
+    times = np.array([0.3, np.pi, 7.123456789, 9.0])
+    run = SYSTEM.integrate(STATE, 10.0, output=times)
+    assert np.array_equal(run.time, times)
+    assert len(SYSTEM.integrate(STATE, 10.0, output=[])) == 0
+    assert SYSTEM.integrate(STATE, 10.0, output=[0.0, 10.0]).time.tolist() == [0.0, 10.0]
+
+
+def test_output_does_not_change_the_solution():
+    full = SYSTEM.integrate(STATE, 30.0)
+    for output in (0.25, [0.1, 11.7, 30.0]):
+        run = SYSTEM.integrate(STATE, 30.0, output=output)
+        assert np.abs(run.position[-1] - full.position[-1]).max() < 1e-11
+
+
+def test_shapes():
+    run = SYSTEM.integrate(STATE, 3.0, output=1.0)
+    shapes = {"time": (4,), "position": (4, 2, 3), "velocity": (4, 2, 3), "attitude": (4, 2, 4), "spin": (4, 2, 3)}
+    shapes |= {"energy": (4,), "angular_momentum": (4, 3), "energy_drift": (4,), "angular_momentum_drift": (4,)}
+    for name, shape in shapes.items():
+        array = getattr(run, name)
+        assert array.shape == shape, name
+        assert array.dtype == np.float64
+    assert run.elements().a.shape == (4,)
+    assert run.position.flags.c_contiguous
+    with pytest.raises(ValueError, match="read-only"):
+        run.position[0] = 0.0
+
+
+def test_recorded_energies_are_those_of_the_states():
+    run = SYSTEM.integrate(STATE, 20.0, output=5.0)
+    for k, state in enumerate(run):
+        energy = SYSTEM.energy(state)
+        assert run.energy[k] == pytest.approx(energy.total, rel=1e-14)
+        assert run.potential_energy[k] == pytest.approx(energy.potential, rel=1e-14)
+        assert run.translational_energy[k] == pytest.approx(energy.translational, rel=1e-14)
+        assert run.rotational_energy[k] == pytest.approx(energy.rotational, rel=1e-13, abs=1e-16)
+        assert run.angular_momentum[k] == pytest.approx(SYSTEM.angular_momentum(state), rel=1e-14, abs=1e-14)
+
+
+def test_drifts_are_what_they_say():
+    run = SYSTEM.integrate(STATE, 50.0, integrator=fullbody.Verner98(rtol=1e-6, atol=1e-6))
+    energy = run.energy
+    assert np.array_equal(run.energy_drift, (energy - energy[0]) / abs(energy[0]))
+    orbital = abs(run.potential_energy[0] + run.translational_energy[0])
+    assert run.energy_drift_orbital == pytest.approx((energy - energy[0]) / orbital, rel=1e-12)
+    momentum = run.angular_momentum
+    change = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
+    assert run.angular_momentum_drift == pytest.approx(change, rel=1e-12)
+    # A loose tolerance shows: the drift is not zero by construction.
+    assert np.abs(run.energy_drift).max() > 1e-13
+
+
+def test_indexing():
+    run = SYSTEM.integrate(STATE, 4.0, output=1.0)
+    assert len(run) == 5
+    assert run[0] == STATE
+    assert run[-1] == run[4]
+    assert isinstance(run[-1], fullbody.State)
+    assert run[2].time == 2.0
+    assert np.array_equal(run[2].position, run.position[2])
+    assert [state.time for state in run] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    for index in (5, -6):
+        with pytest.raises(IndexError):
+            run[index]
+
+
+def test_a_run_can_be_continued_from_its_last_state():
+    first = SYSTEM.integrate(STATE, 10.0)
+    second = SYSTEM.integrate(first[-1], 20.0, output=[20.0])
+    whole = SYSTEM.integrate(STATE, 20.0, output=[20.0])
+    assert np.abs(second.position - whole.position).max() < 1e-12
+
+
+def test_backwards():
+    run = SYSTEM.integrate(STATE, -20.0, output=4.0)
+    assert run.time.tolist() == [0.0, -4.0, -8.0, -12.0, -16.0, -20.0]
+    steps = SYSTEM.integrate(STATE, -20.0)
+    assert (np.diff(steps.time) < 0).all()
+    assert steps.time[-1] == -20.0
+    back = SYSTEM.integrate(run[-1], 0.0, output=[-10.0, 0.0])
+    assert np.abs(back.position[-1] - STATE.position).max() < 1e-12
+    assert angle_between(back[-1].rotation_matrix, STATE.rotation_matrix).max() < 1e-12
+    with pytest.raises(fullbody.InvalidInput, match="output"):
+        SYSTEM.integrate(STATE, -20.0, output=[-20.0, -10.0])
+
+
+def test_no_time_at_all():
+    run = SYSTEM.integrate(STATE, 0.0)
+    assert run.time.tolist() == [0.0]
+    assert run[0] == STATE
+    assert run.statistics.steps == 0
+
+
+def test_statistics_add_up():
+    run = SYSTEM.integrate(STATE, 100.0)
+    s = run.statistics
+    assert s.steps > 50
+    assert s.rejected >= 0
+    # Sixteen stages, fewer where a stage is kept from the step before; and some to choose the first step.
+    assert 15 * s.steps <= s.evaluations <= 16 * (s.steps + s.rejected) + 10
+
+
+def test_the_error_follows_the_tolerance():
+    """Ten orbits of two points with e = 0.5, back at their start: error proportional to the tolerance, cost rising."""
+    system = points(1.0, 0.3)
+    state = fullbody.State([[0, 0, 0], [1.5, 0, 0]], [[0, 0, 0], [0, np.sqrt(1.3 / 3), 0]])
+    until = 20 * np.pi / np.sqrt(1.3)
+    tolerances = 10.0 ** -np.arange(5, 13)
+    errors, evaluations = [], []
+    for tolerance in tolerances:
+        run = system.integrate(state, until, output=[until], integrator=fullbody.Verner98(tolerance, tolerance))
+        relative = run.position[0, 1] - run.position[0, 0]
+        errors.append(np.abs(relative - [1.5, 0, 0]).max())
+        evaluations.append(run.statistics.evaluations)
+    assert np.polyfit(np.log10(tolerances), np.log10(errors), 1)[0] == pytest.approx(1.0, abs=0.1)
+    assert evaluations == sorted(evaluations)
+    # Of order 9(8): a digit more costs a factor of 10^(1/8) at most, not one of 10^(1/5).
+    assert (evaluations[-1] / evaluations[0]) ** (1 / 7) < 10 ** (1 / 8)
+
+
+def test_same_input_same_bits():
+    assert SYSTEM.integrate(STATE, 20.0) == SYSTEM.integrate(STATE, 20.0)
+
+
+def test_repr():
+    text = repr(SYSTEM.integrate(STATE, 5.0, output=1.0))
+    for word in ("6 samples", "0.0", "5.0", "steps", "focal"):
+        assert word in text
+    assert "no samples" in repr(SYSTEM.integrate(STATE, 5.0, output=[]))
+
+
+def test_simulation_there_and_back_again():
+    sim = fullbody.Simulation(SYSTEM, STATE)
+    assert sim.time == 0.0
+    assert sim.state == STATE
+    first = sim.integrate(10.0)
+    assert sim.time == 10.0
+    assert sim.state == first[-1]
+    second = sim.integrate(15.0, output=[12.0, 15.0])
+    assert second.time.tolist() == [12.0, 15.0]
+    sim.integrate(0.0)
+    assert sim.time == 0.0
+    assert np.abs(sim.state.position - STATE.position).max() < 1e-12
+    assert sim.statistics.steps > first.statistics.steps + second.statistics.steps
+
+
+def test_simulation_steps():
+    sim = fullbody.Simulation(SYSTEM, STATE)
+    run = SYSTEM.integrate(STATE, 30.0)
+    for k in range(1, 6):
+        sim.step()
+        assert sim.time == run.time[k]
+        assert sim.statistics.steps == k
+    sim.step(sim.time + 1e-3)
+    assert sim.time == pytest.approx(run.time[5] + 1e-3, rel=1e-14)
+    time = sim.time
+    sim.step(time - 100.0)
+    assert sim.time < time
+    for word in ("Simulation", "time=", "Verner98"):
+        assert word in repr(sim)
+
+
+def test_simulation_leaves_its_start_alone():
+    start = STATE.replace()
+    sim = fullbody.Simulation(SYSTEM, start)
+    sim.integrate(5.0)
+    assert start == STATE
+
+
+def test_progress_callback_gets_start_time_and_end():
+    seen = []
+    system, state = fullbody.systems.kw4_ho2021(gravity="surface")
+    system.integrate(state.replace(time=3.0), 300.0, output=100.0, progress=lambda *a: seen.append(a))
+    assert len(seen) >= 2
+    assert {(start, end) for start, _, end in seen} == {(3.0, 300.0)}
+    times = [time for _, time, _ in seen]
+    assert times == sorted(times)
+    assert all(3.0 <= time <= 300.0 for time in times)
+
+
+def test_exceptions_of_the_callback_propagate():
+    class Enough(Exception):
+        pass
+
+    def stop(start, time, end):
+        raise Enough(time)
+
+    sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(gravity="surface"))
+    with pytest.raises(Enough):
+        sim.integrate(1e6, progress=stop)
+    # Stopped, not broken.
+    now = sim.time
+    assert now < 1e5
+    assert sim.integrate(now + 1.0).time[-1] == now + 1.0
+
+
+def test_progress_bar(capsys):
+    SYSTEM.integrate(STATE, 50.0, progress=True)
+    captured = capsys.readouterr()
+    assert "100%" in captured.err
+    assert captured.out == ""
+    SYSTEM.integrate(STATE, 50.0)
+    assert capsys.readouterr() == ("", "")

@@ -1,0 +1,199 @@
+"""State, Body, System and elements as Python objects: conversions, copies, pickles, equality, repr."""
+
+import contextlib
+import copy
+import pickle
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody import Body, Ellipsoid, KeplerElements, PointMass, Sphere, State, System, Verner98
+from hypothesis import given
+from hypothesis import strategies as st
+from support import angle_between, matrix, quaternions, rot_x, rot_y, rot_z
+
+
+def example(units=False):
+    return fullbody.systems.kw4(units=units)
+
+
+def objects():
+    """Name and object; each must survive copying and pickling."""
+    system, state = example()
+    run = system.integrate(state, 3.0, output=1.0)
+    with_units, state_with_units = example(units=True)
+    return {
+        "sphere": Sphere(1.5),
+        "ellipsoid": Ellipsoid(3.0, 2.0, 1.0),
+        "point": PointMass(),
+        "body": Body(Ellipsoid(3.0, 2.0, 1.0), mass=2.0, name="Alpha"),
+        "body by density": Body(Sphere(1.0), density=2.0),
+        "body with units": Body(Sphere(1 * u.km), density=2000 * u.kg / u.m**3, name="Alpha"),
+        "system": system,
+        "system of other options": fullbody.systems.case1(
+            gravity="surface", order=(8, 16), attitude_chart="tait_bryan", vector_path="portable"
+        )[0],
+        "system with units": with_units,
+        "state": state,
+        "turned state": state.replace(attitude=[[0.1, 0.2, 0.3, 0.4], [0.5, -0.1, 0.7, 0.9]], time=3.25),
+        "state with units": state_with_units,
+        "elements": KeplerElements(2.0, 0.3, 0.4, 0.5, 0.6, 0.7),
+        "elements of a run": run.elements(),
+        "run": run,
+        "run with units": with_units.integrate(state_with_units, 2.0, output=1.0),
+        "integrator": Verner98(rtol=1e-11),
+        "interactions": system.energy(state),
+    }
+
+
+@pytest.mark.parametrize("name", objects())
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda o: pickle.loads(pickle.dumps(o))])
+def test_copies_are_equal(name, duplicate):
+    original = objects()[name]
+    twin = duplicate(original)
+    assert type(twin) is type(original)
+    assert twin == original
+    assert (twin != original) is False
+    assert repr(twin) == repr(original)
+
+
+def test_a_copied_system_computes_the_same_bits():
+    system, state = example()
+    twin_system, twin_state = pickle.loads(pickle.dumps((system, state)))
+    assert np.array_equal(twin_system.interactions(twin_state).force, system.interactions(state).force)
+    one, other = (s.integrate(t, 20.0) for s, t in ((system, state), (twin_system, twin_state)))
+    assert one == other
+
+
+def test_pickles_keep_every_bit_of_a_state():
+    system, state = example()
+    end = system.integrate(state, 50.0)[-1]
+    twin = pickle.loads(pickle.dumps(end))
+    for name in ("position", "velocity", "attitude", "spin", "time"):
+        assert np.array_equal(getattr(twin, name), getattr(end, name)), name
+
+
+def test_inequality():
+    system, state = example()
+    assert state != state.replace(time=1.0)
+    assert state != state.replace(position=state.position + 1e-15)
+    assert state != example(units=True)[1]
+    assert state != "state"
+    assert Body(Sphere(1.0), mass=1.0) != Body(Sphere(1.0), mass=2.0)
+    assert Body(Sphere(1.0), mass=1.0) != Body(Sphere(1.0), density=1.0)
+    assert Body(Sphere(1.0), mass=1.0, name="A") != Body(Sphere(1.0), mass=1.0, name="B")
+    assert system != system.with_options(gravity="surface")
+    assert system != "system"
+    assert KeplerElements(1, 0, 0, 0, 0, 0) != KeplerElements(2, 0, 0, 0, 0, 0)
+    assert Verner98() != Verner98(rtol=1e-12)
+
+
+def test_equal_things_have_equal_hashes():
+    for make in (lambda: Sphere(1.0), lambda: Body(Sphere(1.0), mass=1.0), lambda: example()[0], Verner98):
+        assert hash(make()) == hash(make())
+
+
+def test_repr_tells_what_it_is():
+    system, state = example()
+    assert eval(repr(Ellipsoid(3.0, 2.0, 1.0)), {"Ellipsoid": Ellipsoid}) == Ellipsoid(3.0, 2.0, 1.0)
+    assert eval(repr(Verner98(1e-9)), {"Verner98": Verner98}) == Verner98(1e-9)
+    for word in ("Alpha", "Beta", "focal", "8.649"):
+        assert word in repr(system)
+    for word in ("position", "velocity", "attitude", "spin", "time=0.0", "2.408"):
+        assert word in repr(state)
+    assert "km" in repr(example(units=True)[1])
+    assert "a=2.0" in repr(KeplerElements(2.0, 0, 0, 0, 0, 0))
+
+
+def test_defaults():
+    state = State([[1, 2, 3]], [[4, 5, 6]])
+    assert state.time == 0.0
+    assert state.attitude.tolist() == [[1, 0, 0, 0]]
+    assert state.spin.tolist() == [[0, 0, 0]]
+    assert len(state) == 1
+    for array in (state.position, state.velocity, state.attitude, state.spin):
+        assert array.dtype == np.float64
+        assert array.flags.c_contiguous
+
+
+def test_a_state_does_not_share_memory_with_its_input():
+    position = np.array([[1.0, 2.0, 3.0]])
+    state = State(position, [[0, 0, 0]])
+    position[0, 0] = 99.0
+    assert state.position[0, 0] == 1.0
+    with contextlib.suppress(ValueError):
+        state.position[0, 0] = 99.0
+    assert state.position[0, 0] == 1.0
+
+
+@given(quaternions, st.floats(1e-3, 1e3))
+def test_attitude_is_scaled_to_unit_length(q, scale):
+    state = State([[0, 0, 0]], [[0, 0, 0]], [q * scale])
+    assert np.abs(state.attitude[0] - q).max() < 4e-16
+    assert np.linalg.norm(state.attitude[0]) == pytest.approx(1.0, abs=3e-16)
+
+
+@given(quaternions)
+def test_rotation_matrix(q):
+    state = State([[0, 0, 0]], [[0, 0, 0]], [q])
+    frame = state.rotation_matrix[0]
+    assert np.abs(frame - matrix(q)).max() < 1e-15
+    assert np.abs(frame @ frame.T - np.eye(3)).max() < 1e-15
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_tait_bryan_angles(phi, theta, psi):
+    """R = Rz(psi) Ry(theta) Rx(phi): the paper's eq:RotationMatrix."""
+    state = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[phi, theta, psi]])
+    assert np.abs(state.rotation_matrix[0] - rot_z(psi) @ rot_y(theta) @ rot_x(phi)).max() < 1e-15
+    limit = 1e-15 / np.cos(theta)
+    assert state.tait_bryan[0] == pytest.approx([phi, theta, psi], abs=limit)
+
+
+@pytest.mark.parametrize("theta", [np.pi / 2, -np.pi / 2])
+def test_tait_bryan_angles_at_their_pole(theta):
+    """Only psi -/+ phi is defined there; the matrix must come back."""
+    state = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0.4, theta, 1.1]])
+    again = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], state.tait_bryan)
+    assert np.isfinite(state.tait_bryan).all()
+    assert angle_between(state.rotation_matrix, again.rotation_matrix).max() < 1e-7
+
+
+def test_replace():
+    _, state = example()
+    other = state.replace(position=state.position * 2, time=7.0)
+    assert np.array_equal(other.position, state.position * 2)
+    assert other.time == 7.0
+    assert np.array_equal(other.attitude, state.attitude)
+    assert state.time == 0.0
+
+
+def test_bodies():
+    rock = Body(Ellipsoid(3.0, 2.0, 1.0), density=0.5)
+    assert rock.mass == pytest.approx(0.5 * 4 / 3 * np.pi * 6.0, rel=1e-15)
+    assert Body(Ellipsoid(3.0, 2.0, 1.0), mass=rock.mass).density == pytest.approx(0.5, rel=1e-15)
+    assert Body(PointMass(), mass=1.0).density is None
+    assert Sphere(2.0).semi_axes == (2.0, 2.0, 2.0)
+    assert PointMass().semi_axes is None
+    assert System([rock, rock], G=1.0).names == ("body 0", "body 1")
+
+
+def test_energy_and_momenta_by_the_formulas():
+    """The paper's sections 2.3 and 2.4, written out."""
+    a = np.array([[0.9, 0.7, 0.5], [0.6, 0.4, 0.3]])
+    m = np.array([2.0, 0.7])
+    system = System([Body(Ellipsoid(*axes), mass=mass) for axes, mass in zip(a, m, strict=True)], G=1.3)
+    r, v = np.array([[1.0, 2, 3], [4, 2, 1]]), np.array([[0.1, 0.2, 0.3], [-0.4, 0.5, 0.6]])
+    w, q = np.array([[1.0, -2, 0.5], [0.3, 0.2, 3]]), np.array([[0.5, 0.5, -0.5, 0.5], [0.8, 0, 0.6, 0]])
+    state = State(r, v, q, w)
+    moments = m[:, None] / 5 * (np.square(a).sum(axis=1)[:, None] - np.square(a))
+    energy = system.energy(state)
+    assert energy.translational == pytest.approx((m * (v * v).sum(axis=1)).sum() / 2, rel=1e-15)
+    assert energy.rotational == pytest.approx((moments * w * w).sum() / 2, rel=1e-15)
+    assert energy.potential == system.interactions(state).potential_energy
+    assert energy.total == pytest.approx(energy.translational + energy.rotational + energy.potential, rel=1e-15)
+    assert energy.potential < 0
+    assert system.momentum(state) == pytest.approx((m[:, None] * v).sum(axis=0), rel=1e-15)
+    spins = sum(matrix(p) @ (i * s) for p, i, s in zip(q, moments, w, strict=True))
+    assert system.angular_momentum(state) == pytest.approx((m[:, None] * np.cross(r, v)).sum(axis=0) + spins, rel=1e-14)

@@ -1,0 +1,207 @@
+"""Quantities at the boundary: in any unit in, in the system's units out, and the numbers are those without units."""
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import constants
+from astropy import units as u
+from support import worst
+
+KM_H_KG = ("km", "hour", "kg")
+PER_H = u.rad / u.hour
+
+
+def with_and_without():
+    return fullbody.systems.kw4_ho2021(units=True), fullbody.systems.kw4_ho2021()
+
+
+def test_system_with_units_gives_the_same_numbers():
+    (system, state), (plain, start) = with_and_without()
+    assert np.array_equal(state.position.value, start.position)
+    assert np.array_equal(system.interactions(state).force.value, plain.interactions(start).force)
+    run = system.integrate(state, 30 * u.hour, output=10 * u.hour)
+    bare = plain.integrate(start, 30.0, output=10.0)
+    for name in ("time", "position", "velocity", "spin", "energy", "angular_momentum"):
+        assert np.array_equal(getattr(run, name).value, getattr(bare, name)), name
+    assert np.array_equal(run.attitude, bare.attitude)
+    assert np.array_equal(run.energy_drift, bare.energy_drift)
+
+
+def test_everything_dimensional_is_a_quantity():
+    system, state = fullbody.systems.kw4(units=True)
+    force, torque = u.kg * u.km / u.hour**2, u.kg * u.km**2 / u.hour**2
+    f, energy = system.interactions(state), system.energy(state)
+    run = system.integrate(state, 5.0, output=1.0)
+    elements, last = run.elements(), run[-1]
+    expected = [
+        (f.force, force),
+        (f.torque, torque),
+        (f.potential_energy, torque),
+        *((part, torque) for part in (energy.total, energy.translational, energy.rotational, energy.potential)),
+        (system.momentum(state), u.kg * u.km / u.hour),
+        (system.angular_momentum(state), u.kg * u.km**2 / u.hour),
+        (system.G, u.km**3 / u.kg / u.hour**2),
+        (system.mu(), u.km**3 / u.hour**2),
+        (system.masses, u.kg),
+        (run.time, u.hour),
+        (run.position, u.km),
+        (run.velocity, u.km / u.hour),
+        (run.spin, PER_H),
+        *((part, torque) for part in (run.energy, run.potential_energy, run.rotational_energy)),
+        (run.translational_energy, torque),
+        (run.angular_momentum, u.kg * u.km**2 / u.hour),
+        (elements.a, u.km),
+        *((angle, u.rad) for angle in (elements.i, elements.Omega, elements.omega, elements.M)),
+        (last.time, u.hour),
+        (last.position, u.km),
+        (last.velocity, u.km / u.hour),
+        (last.spin, PER_H),
+        (fullbody.Simulation(system, state).time, u.hour),
+    ]
+    for value, unit in expected:
+        assert isinstance(value, u.Quantity)
+        # A unit without a scale: exactly these, or the same by another name.
+        assert value.unit.is_equivalent(unit)
+        assert value.unit.to(unit) == pytest.approx(1.0, rel=1e-15)
+    for value in (run.attitude, elements.e, run.energy_drift, last.rotation_matrix, last.tait_bryan):
+        assert not isinstance(value, u.Quantity)
+
+
+def test_system_without_units_gives_numbers():
+    system, state = fullbody.systems.case1()
+    run = system.integrate(state, 1.0)
+    for value in (run.time, run.position, run.energy, run.elements().a, system.interactions(state).force, system.G):
+        assert not isinstance(value, u.Quantity)
+
+
+def test_gravitational_constant_is_astropys():
+    system, _ = fullbody.systems.kw4_ho2021(units=True)
+    bodies = system.bodies
+    assert fullbody.System(bodies, units=KM_H_KG).G.to_value(constants.G.unit) == pytest.approx(
+        constants.G.value, rel=1e-15
+    )
+    assert fullbody.System(bodies, units=("AU", "yr", "solMass")).G.value == pytest.approx(4 * np.pi**2, rel=1e-3)
+    given = fullbody.System(bodies, G=6.67408e-11 * u.m**3 / u.kg / u.s**2, units=KM_H_KG)
+    assert given.G.value == pytest.approx(8.64960768e-13, rel=1e-15)
+
+
+def test_mixed_units_are_converted():
+    """Metres, seconds, tonnes and degrees say the same as kilometres, hours, kilograms and radians."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(766 * u.m, 0.7475 * u.km, 67350 * u.cm), mass=2.353e9 * u.t, name="Alpha"),
+        fullbody.Body(fullbody.Ellipsoid(0.285, 231.5 * u.m, 0.1745), mass=0.135e12, name="Beta"),
+    ]
+    (system, state), _ = with_and_without()
+    mixed = fullbody.System(bodies, G=system.G.to(u.m**3 / u.kg / u.s**2), units=KM_H_KG)
+    other = fullbody.State(
+        state.position.to(u.m), state.velocity.to(u.m / u.s), state.attitude, state.spin.to(u.deg / u.s), 0 * u.day
+    )
+    assert worst(mixed.interactions(other).force.value, system.interactions(state).force.value) < 1e-14
+    run = mixed.integrate(other, 1 * u.day, output=6 * u.hour)
+    expected = system.integrate(state, 24.0, output=6.0)
+    assert run.time.unit == u.hour
+    assert np.array_equal(run.time.value, [0, 6, 12, 18, 24])
+    assert np.abs(run.position - expected.position).max() < 1e-11 * u.km
+    assert np.abs(run.spin - expected.spin).max() < 1e-12 * PER_H
+
+
+def test_density_in_other_units():
+    body = fullbody.Body(fullbody.Sphere(1 * u.km), density=2 * u.g / u.cm**3)
+    assert body.mass.to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-15)
+    system = fullbody.System([body, fullbody.Body(fullbody.PointMass(), mass=1.0)], units=KM_H_KG)
+    assert system.masses[0].to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-14)
+    back = fullbody.Body(fullbody.Sphere(1 * u.km), mass=body.mass).density
+    assert back.to_value(u.kg / u.m**3) == pytest.approx(2000.0, rel=1e-15)
+
+
+def test_spin_without_an_angle_counts_as_radians():
+    state = fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km / u.s, spin=[[0, 0, 3.6]] / u.hour)
+    assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(1e-3, rel=1e-15)
+
+
+def test_angles_in_degrees():
+    state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[10, 20, 30]] * u.deg)
+    assert state.tait_bryan[0] == pytest.approx(np.deg2rad([10, 20, 30]), abs=1e-15)
+
+
+def test_output_times_as_quantities():
+    system, state = fullbody.systems.kw4(units=True)
+    run = system.integrate(state, 3600 * u.s, output=[0, 15, 60] * u.min)
+    assert run.time.to_value(u.hour) == pytest.approx([0, 0.25, 1.0], abs=1e-15)
+    assert system.integrate(state, -1 * u.hour).time[-1] == -1 * u.hour
+
+
+def test_plain_numbers_are_in_the_systems_units():
+    system, state = fullbody.systems.kw4(units=True)
+    bare = fullbody.State(state.position.value, state.velocity.value, state.attitude, state.spin.value)
+    assert np.array_equal(system.interactions(bare).force, system.interactions(state).force)
+
+
+REFUSED = {
+    "position": (lambda s: fullbody.State([[0, 0, 0]] * u.kg, [[0, 0, 0]]), ["position", "kg", " m"]),
+    "velocity": (lambda s: fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km), ["velocity", "km", "m / s"]),
+    "spin": (lambda s: fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0, 0, 0]] * u.m), ["spin", "m", "rad / s"]),
+    "time": (lambda s: fullbody.State([[0, 0, 0]], [[0, 0, 0]], time=1 * u.m), ["time", "m", " s"]),
+    "until": (lambda s: s[0].integrate(s[1], 3 * u.km), ["until", "km", " h"]),
+    "output": (lambda s: s[0].integrate(s[1], 3, output=1 * u.kg), ["output", "kg", " h"]),
+    "semi-axis": (
+        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1 * u.kg), mass=1, name="Al")], units=KM_H_KG),
+        ["semi-axis", "Al", "kg", "km"],
+    ),
+    "mass": (
+        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), mass=1 * u.m, name="Al")], units=KM_H_KG),
+        ["mass", "Al", " m", "kg"],
+    ),
+    "density": (
+        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), density=1 * u.kg, name="Al")], units=KM_H_KG),
+        ["density", "Al", "kg", "kg / km3"],
+    ),
+    "G": (lambda s: fullbody.System(s[0].bodies, G=1 * u.m, units=KM_H_KG), ["G", " m", "km3 / (kg h2)"]),
+    "angles": (
+        lambda s: fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0, 0, 0]] * u.m),
+        ["angles", "rad"],
+    ),
+    "mu of a run": (lambda s: s[0].integrate(s[1], 0.1).elements(mu=1 * u.kg), ["mu", "kg", "km3 / h2"]),
+    "a": (lambda s: fullbody.KeplerElements(1 * u.kg, 0, 0, 0, 0, 0), ["a has", "kg", " m"]),
+    "i": (lambda s: fullbody.KeplerElements(1, 0, 1 * u.m, 0, 0, 0), ["i has", " m", "rad"]),
+    "mu": (lambda s: fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1 * u.km), ["mu", "km", "m3 / s2"]),
+    "v": (
+        lambda s: fullbody.KeplerElements.from_cartesian([1, 0, 0] * u.km, [0, 1, 0] * u.m, 1 * u.km**3 / u.s**2),
+        ["v has", " m", "km / s"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_wrong_units_name_both(name):
+    call, words = REFUSED[name]
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        call(fullbody.systems.kw4(units=True))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_quantities_into_a_system_without_units():
+    system, state = fullbody.systems.case1()
+    kilometres = fullbody.State([[0, 0, 0], [9, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
+    ball = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
+    for call, words in (
+        (lambda: system.integrate(state, 1 * u.hour), ["until", "h"]),
+        (lambda: system.integrate(state, 1.0, output=1 * u.hour), ["output", "h"]),
+        (lambda: system.interactions(kilometres), ["position", "km"]),
+        (lambda: fullbody.System([ball], G=1.0), ["semi-axis", "Alpha", "km"]),
+        (lambda: fullbody.System(system.bodies, G=constants.G), ["G", "m3 / (kg s2)"]),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match="the system has no units") as caught:
+            call()
+        for word in words:
+            assert word in str(caught.value)
+
+
+def test_both_or_neither_with_elements():
+    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+        fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0)
+    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+        fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2)
+    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+        fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)

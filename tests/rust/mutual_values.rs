@@ -1,0 +1,212 @@
+//! The interaction of a pair against values from elsewhere: arbitrary precision, MacMillan, MacCullagh, theory.
+
+use crate::gravity::paper_oblate;
+use crate::mutual::{Bodies, Outcome, any_bodies, any_pose, attitude_of, pose, run, same};
+use crate::support::*;
+use fullbody::math::lanes::VectorPath;
+use fullbody::math::{Mat3, Vec3};
+use fullbody::mutual::{Interaction, Method, Pose};
+use fullbody::quadrature::Order;
+use fullbody::shape::Shape;
+use proptest::prelude::*;
+use serde_json::Value;
+
+fn vector(value: &Value) -> Vec3 {
+    Vec3::from(triple(value))
+}
+
+#[test]
+fn reference_values() {
+    for case in data("mutual_forces.json").as_array().unwrap() {
+        let bodies = Bodies { a: triple(&case["axes_a"]), b: triple(&case["axes_b"]) };
+        let pose =
+            pose(vector(&case["separation"]), attitude(&case["angles_a"]), attitude(&case["angles_b"]));
+        for path in VectorPath::available() {
+            for method in [Method::Surface, Method::Focal] {
+                let Outcome { f, energy, .. } = bodies.evaluate(method, 1e-15, path, &pose).unwrap();
+                let name = format!("{} by {method}, {path:?}", case["name"]);
+                let force = vector(&case["force_on_a_inertial"]);
+                within(relative(&f.force_on_first, &force), 3e-15, format!("force of {name}"));
+                within(
+                    (energy / number(&case["potential_energy"]) - 1.0).abs(),
+                    2e-15,
+                    format!("energy of {name}"),
+                );
+                for (torque, key) in
+                    [(f.torque_first, "torque_on_a_body"), (f.torque_second, "torque_on_b_body")]
+                {
+                    let expected = vector(&case[key]);
+                    within(relative(&torque, &expected), 1e-12, format!("{key} of {name}"));
+                    let share = force.norm() * bodies.size();
+                    within(
+                        (torque - expected).norm() / share,
+                        1e-15,
+                        format!("{key} of {name} in lever times force"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn hard_shapes_by_both_rules() {
+    let (sphere, needle, disc, blade) = ([0.7; 3], [0.02, 1.0, 0.02], [1.0, 0.02, 1.0], [1.0, 0.3, 0.02]);
+    let almost_sphere = [1.0, 1.0 - 2e-13, 1.0 - 1e-13];
+    let turned =
+        pose(Vec3::new(0.6, -0.48, 0.64), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
+    for (a, b) in [
+        (needle, disc),
+        (needle, needle),
+        (disc, disc),
+        (blade, needle),
+        (disc, sphere),
+        (sphere, blade),
+        (almost_sphere, disc),
+        (almost_sphere, sphere),
+        (almost_sphere, almost_sphere),
+    ] {
+        let bodies = Bodies { a, b };
+        for factor in [1.5, 3.0, 30.0, 1e6] {
+            let pose = bodies.apart(&turned, factor);
+            // Crossed needles and rims three thicknesses apart may be refused, at the default tolerance; nothing else.
+            let refused = |error| assert!(pose.separation.norm() < bodies.size(), "{a:?} and {b:?}: {error}");
+            let best = bodies.fixed(Method::Focal, Order::focal(400), &pose);
+            for (method, tolerance) in [(Method::Focal, 1e-14), (Method::Surface, 3e-14)] {
+                // The surface rule's forces are differences of pressures on faces fifty times too large.
+                match bodies.evaluate(method, 1e-14, VectorPath::Auto, &pose) {
+                    Ok(o) => {
+                        same(&o, &best, 1.0, tolerance, &format!("{method}, {a:?} and {b:?} at {factor}"))
+                    }
+                    Err(error) => refused(error),
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    #[test]
+    fn degree_two_is_maccullagh(bodies in any_bodies(0.2), pose in any_pose(), power in 0.0..4.0f64) {
+        let pose = bodies.apart(&pose, 1.0 + 10f64.powf(power));
+        let expected = maccullagh(&bodies, &pose);
+        let actual = bodies.best(Method::Multipole(2), &pose);
+        same(&actual, &expected, bodies.size().powi(2) / pose.separation.norm(), 1e-14, "MacCullagh");
+    }
+}
+
+/// U = 1/r + [tr I - 3 n.I n] / (2 r^3) summed over both bodies, I the inertia of unit mass, and its derivatives.
+fn maccullagh(bodies: &Bodies, pose: &Pose) -> Outcome {
+    let r = pose.separation.norm();
+    let n = pose.separation / r;
+    let (mut energy, mut force) = (-1.0 / r, n / (r * r));
+    let mut torques = [Vec3::zeros(); 2];
+    for (k, rotation) in [pose.rotation_first, pose.rotation_second].into_iter().enumerate() {
+        let [a, b, c] = bodies.axes()[k].map(|v| v * v);
+        let inertia =
+            rotation * Mat3::from_diagonal(&(Vec3::new(b + c, c + a, a + b) / 5.0)) * rotation.transpose();
+        let (trace, along) = (inertia.trace(), n.dot(&(inertia * n)));
+        energy -= (trace - 3.0 * along) / (2.0 * r.powi(3));
+        // Minus the gradient of U: the pull of the first body towards the second.
+        force += (1.5 * (trace - 5.0 * along) * n + 3.0 * (inertia * n)) / r.powi(4);
+        torques[k] = rotation.transpose() * (3.0 / r.powi(3) * n.cross(&(inertia * n)));
+    }
+    let f = Interaction { force_on_first: force, torque_first: torques[0], torque_second: torques[1] };
+    Outcome { f, energy, integrated: 0, nodes: 0 }
+}
+
+#[test]
+fn error_of_the_series_falls_as_theory_says() {
+    let bodies = Bodies { a: [1.0, 0.8, 0.5], b: [0.9, 0.6, 0.55] };
+    let towards =
+        pose(Vec3::new(0.6, -0.48, 0.64), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
+    for degree in [2, 4, 6, 8] {
+        let error = |r: f64| {
+            let pose = Pose { separation: towards.separation * r, ..towards };
+            let (exact, series) =
+                (bodies.best(Method::Focal, &pose), bodies.best(Method::Multipole(degree), &pose));
+            let torque = (series.f.torque_first - exact.f.torque_first).norm() / exact.f.torque_first.norm();
+            [
+                relative(&series.f.force_on_first, &exact.f.force_on_first),
+                torque,
+                (series.energy / exact.energy - 1.0).abs(),
+            ]
+        };
+        // Far enough for the next term to rule, near enough to stay above round-off.
+        let (near, far): (f64, f64) = if degree < 6 { (12.0, 24.0) } else { (7.0, 11.0) };
+        let slopes = [0, 1, 2].map(|i| (error(near)[i] / error(far)[i]).ln() / (far / near).ln());
+        let n = degree as f64;
+        // The torque has lost its leading term to symmetry: one order pair less.
+        for (slope, expected) in slopes.into_iter().zip([n + 2.0, n, n + 2.0]) {
+            assert!((slope - expected).abs() < 0.3, "degree {degree}: {slopes:?}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn highest_degree_reaches_round_off() {
+    let bodies = Bodies { a: [1.0, 0.8, 0.5], b: [0.9, 0.6, 0.55] };
+    let pose = pose(Vec3::new(6.0, -4.8, 6.4), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
+    same(
+        &bodies.best(Method::Multipole(16), &pose),
+        &bodies.best(Method::Focal, &pose),
+        0.1,
+        1e-14,
+        "degree 16",
+    );
+}
+
+#[test]
+fn spheres_and_points_pull_like_points() {
+    let separation = Vec3::new(3.0, -1.0, 2.5);
+    let r = separation.norm();
+    let pose = pose(separation, attitude_of([0.3, 1.1, -2.0]), attitude_of([1.3, -0.1, 0.4]));
+    let (large, small) = (Shape::sphere(2.0).unwrap(), Shape::sphere(0.3).unwrap());
+    for shapes in [
+        [large, small],
+        [small, large],
+        [large, Shape::Point],
+        [Shape::Point, small],
+        [Shape::Point, Shape::Point],
+    ] {
+        for method in [Method::Surface, Method::Focal, Method::Multipole(4), Method::Point] {
+            let Outcome { f, energy, .. } =
+                run(shapes, method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
+            close_vector(&f.force_on_first, &(separation / (r * r * r)), 4e-15);
+            close(energy, -1.0 / r, 2e-15);
+            for torque in [f.torque_first, f.torque_second] {
+                within(torque.norm() * r * r, 4e-15, format!("torque of {shapes:?} by {method}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_papers_own_check_a_point_masss_potential_over_a_spheroid() {
+    // Integrated over the surface, it has to give MacMillan's field at the point; the appendix, and its energy.
+    let (a, c) = (1.0, 0.4);
+    let spheroid = Shape::ellipsoid([a, a, c]).unwrap();
+    for x in [[1.3, 0.4, 0.7], [0.0, 0.0, 0.9], [1.5, 0.0, 0.0], [-0.7, 0.9, -0.8], [4.0, -3.0, 2.0]] {
+        let x = Vec3::from(x);
+        let turn = attitude_of([0.4, 0.9, -1.3]);
+        let (potential, field) = paper_oblate([a, c], &x);
+        let pose = pose(turn * -x, Mat3::identity(), turn);
+        for (method, tolerance) in [(Method::Surface, 3e-14), (Method::Focal, 3e-14)] {
+            // First the point, second the spheroid: the force on a unit point mass is the field.
+            let Outcome { f, energy, nodes, .. } =
+                run([Shape::Point, spheroid], method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
+            assert!(nodes > 20 || method == Method::Focal, "an integral over {nodes} nodes");
+            close_vector(&f.force_on_first, &(turn * field), tolerance);
+            close(energy, -potential, tolerance);
+            within(f.torque_first.norm() / field.norm(), 1e-14, "torque on a point");
+            // The spheroid turns under the opposite pull at x, by balance in its own frame.
+            within(
+                (f.torque_second + x.cross(&field)).norm() / (x.norm() * field.norm()),
+                tolerance,
+                "torque",
+            );
+        }
+    }
+}
