@@ -33,6 +33,7 @@ from .run import Run, Statistics
 from .simulation import Simulation
 from .state import State
 from .system import Energy, Interactions, System
+from .toml_setup import Setup, read_toml
 
 __version__ = _version("fullbody")
 
@@ -52,6 +53,7 @@ __all__ = [
     "NotConverged",
     "PointMass",
     "Run",
+    "Setup",
     "Simulation",
     "Sphere",
     "State",
@@ -67,6 +69,7 @@ __all__ = [
     "observables",
     "read_gubas",
     "read_sians",
+    "read_toml",
     "systems",
     "to_rebound",
     "vector_paths",

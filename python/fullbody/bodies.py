@@ -175,6 +175,11 @@ class Body:
         """The name."""
         return self._name
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_body(self))
+
     def __repr__(self) -> str:
         value = f"density={self._density!r}" if self._mass is None else f"mass={self._mass!r}"
         name = "" if self._name is None else f"{self._name!r}, "

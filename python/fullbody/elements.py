@@ -222,6 +222,11 @@ class KeplerElements:
 
     __hash__ = None  # type: ignore[assignment]
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_elements(self))
+
     def __repr__(self) -> str:
         return "KeplerElements(" + ", ".join(f"{n}={getattr(self, n)}" for n in ("a", "e", *_ANGLES)) + ")"
 

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
-import uuid
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ._files import replacing
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .errors import InvalidInput
 from .integrators import Verner98
 from .run import Run, Statistics
 from .system import System
 
-__all__ = ["load", "save", "to_xarray"]
+__all__ = ["load", "save", "to_pandas", "to_xarray"]
 
 #: Variables: dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -70,18 +68,37 @@ def to_xarray(run: Run) -> Any:
     )
 
 
+def to_pandas(run: Run) -> Any:
+    """The run as a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
+    import pandas as pd
+
+    units = run.system._units
+    columns, values, named = [], [], {}
+    for name, (dims, dimension, _) in _VARIABLES.items():
+        rows = run._record[name]
+        values.append(rows.reshape(len(rows), -1))
+        bodies = run.system.names if "body" in dims else ("",)
+        columns += [(name, body, part) for body in bodies for part in _COORDINATES[dims[-1]]]
+        if dimension and units.known:
+            named[name] = str(units.unit(dimension))
+    if units.known:
+        named["time"] = str(units.unit("time"))
+    frame = pd.DataFrame(
+        np.concatenate(values, axis=1),
+        index=pd.Index(run._record["time"], name="time"),
+        columns=pd.MultiIndex.from_tuples(columns, names=["quantity", "body", "component"]),
+    )
+    # Sorted, since pandas warns of slow look-ups otherwise.
+    frame = frame.sort_index(axis=1)
+    frame.attrs["units"] = named
+    return frame
+
+
 def save(run: Run, path: Any) -> None:
     """Write a run; see :meth:`fullbody.Run.save`."""
-    path = Path(path)
     dataset = run.to_xarray()
-    # A file of that name is either the old one or the whole new one, never half of it.
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
-    try:
+    with replacing(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")
-        os.replace(temporary, path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def load(path: Any) -> Run:
@@ -106,16 +123,27 @@ def load(path: Any) -> Run:
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
             dataset.load()
-        setup = json.loads(dataset.attrs["fullbody_setup"])
-        record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
-        counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+        return _run(dataset)
     except FileNotFoundError:
         raise
-    except (OSError, KeyError, ValueError) as error:
+    except KeyError as error:
+        raise InvalidInput(f"{path} is not a readable run of fullbody: it has no {error}") from error
+    except (OSError, TypeError, ValueError) as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: {error}") from error
+
+
+def _run(dataset: Any) -> Run:
+    """The run in a dataset."""
     if dataset.attrs["fullbody_format"] > _FORMAT:
-        raise InvalidInput(f"{path} was written by a newer fullbody, {dataset.attrs['fullbody_version']}")
-    system, integrator = _restore(setup)
+        raise InvalidInput(f"a newer fullbody wrote it, {dataset.attrs['fullbody_version']}")
+    system, integrator = _restore(json.loads(dataset.attrs["fullbody_setup"]))
+    counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+    record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
+    sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
+    for name, (dims, _, _) in _VARIABLES.items():
+        expected = (len(record["time"]), *(sizes[dim] for dim in dims))
+        if record[name].shape != expected:
+            raise InvalidInput(f"{name} has shape {record[name].shape}; expected {expected}")
     return Run(system, record, counts, integrator)
 
 

@@ -16,7 +16,11 @@ from .integrators import Verner98
 from .state import State
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .plots import Plots
     from .system import System
+    from .view import View
 
 __all__ = ["Run", "Statistics"]
 
@@ -208,6 +212,75 @@ class Run:
     def __iter__(self) -> Iterator[State]:
         return (self[k] for k in range(len(self)))
 
+    @property
+    def plot(self) -> Plots:
+        """Pictures: ``run.plot()`` for a page, ``run.plot.orbit()`` and others for one; see :mod:`fullbody.plots`."""
+        from .plots import Plots
+
+        return Plots(self)
+
+    def animate(
+        self, path: Any, *, seconds: float = 10.0, fps: int = 20, size: Any = (6.4, 4.8), dpi: float = 100.0
+    ) -> Path:
+        """Write a film of the tumbling bodies.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in ``.mp4`` (needs the program ffmpeg), ``.gif`` or ``.html`` (one page, works offline).
+        seconds : float
+            Length of the film.
+        fps : int
+            Pictures a second. They are samples of the run, so an even spacing
+            (``output=``) with at least ``seconds * fps`` samples gives a smooth film.
+        size : (float, float)
+            Width and height in inches.
+        dpi : float
+            Dots an inch.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InvalidInput
+            For another ending, or a run without samples.
+        FullbodyError
+            Where ffmpeg is needed and missing.
+
+        Warns
+        -----
+        UserWarning
+            Where a body makes more than half a turn between two pictures.
+        """
+        from .plots.animation import animate
+
+        return animate(self, path, seconds=seconds, fps=fps, size=size, dpi=dpi)
+
+    def view(self, *, samples: int = 20000) -> View:
+        """An interactive picture in 3D, for Jupyter or as one HTML file; no server, no network.
+
+        Parameters
+        ----------
+        samples : int
+            At most so many samples of the run, even in time.
+
+        Returns
+        -------
+        fullbody.view.View
+            Shows itself in Jupyter; ``.save_html(path)`` writes the page.
+
+        Warns
+        -----
+        UserWarning
+            Where a body makes more than half a turn between two samples.
+        """
+        from .view import View
+
+        return View(self, samples=samples)
+
     def to_xarray(self) -> Any:
         """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.
 
@@ -218,6 +291,27 @@ class Run:
         from .io import to_xarray
 
         return to_xarray(self)
+
+    def to_pandas(self) -> Any:
+        """The run as a ``pandas.DataFrame``: a row a sample, a column a number.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns are (quantity, body, component), the index is the time; ``.attrs["units"]`` names the units where
+            the system has them.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> frame = system.integrate(state, 10.0, output=5.0).to_pandas()
+        >>> frame["position", "A", "x"].round(3).to_list()
+        [-4.0, -3.607, -2.444]
+        """
+        from .io import to_pandas
+
+        return to_pandas(self)
 
     def save(self, path: Any) -> None:
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
@@ -237,6 +331,11 @@ class Run:
         return same and self.system == other.system and self.statistics == other.statistics
 
     __hash__ = None  # type: ignore[assignment]
+
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_run(self), tables.of_system(self.system), tables.of_bodies(self.system))
 
     def __repr__(self) -> str:
         if len(self) == 0:

@@ -195,6 +195,11 @@ class State:
 
     __hash__ = None  # type: ignore[assignment]
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_state(self))
+
     def __repr__(self) -> str:
         with np.printoptions(precision=6, suppress=False):
             rows = [f"  {name}={getattr(self, name)!s}" for name in ("position", "velocity", "attitude", "spin")]

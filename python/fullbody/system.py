@@ -361,6 +361,11 @@ class System:
     def __hash__(self) -> int:
         return hash(repr(self))
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_system(self), tables.of_bodies(self))
+
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"
         return f"System({list(self.names)}, G={self._G!r}, gravity={self._options['gravity']!r}{units})"

@@ -1,0 +1,59 @@
+"""``fullbody info file``: what a recorded run or a ``system.toml`` holds."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from .. import tables
+from ..io import load
+from ..toml_setup import read_toml
+
+__all__ = ["register"]
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "info",
+        help="what a recorded run or a system.toml holds",
+        description="Print what a recorded run (NetCDF) or a system.toml holds.",
+    )
+    parser.add_argument("files", nargs="+", metavar="file", type=Path)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    for place, path in enumerate(arguments.files):
+        if place:
+            print()
+        print(path)
+        print(of_toml(path) if path.suffix.lower() == ".toml" else of_run(path))
+    return 0
+
+
+def of_run(path: Path) -> str:
+    """What a recorded run holds."""
+    run = load(path)
+    parts = [tables.of_run(run), tables.of_system(run.system), tables.of_bodies(run.system)]
+    if len(run):
+        parts.append(tables.of_state(run[-1]))
+        if len(run.system) > 1:
+            parts.append(tables.of_elements(run.elements()))
+    return tables.to_text(*parts)
+
+
+def of_toml(path: Path) -> str:
+    """What a description asks for."""
+    setup = read_toml(path)
+    output = "every step" if setup.output is None else f"{setup.output}"
+    rows = [
+        ("until", tables.number(setup.until)),
+        ("output", output),
+        ("integrator", repr(setup.integrator)),
+        ("writes", str(setup.file)),
+    ]
+    parts = [tables.of_system(setup.system), tables.of_bodies(setup.system), tables.of_state(setup.state)]
+    return tables.to_text(*parts, tables.Table("Run", (), list(rows)))

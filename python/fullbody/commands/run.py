@@ -1,0 +1,81 @@
+"""``fullbody run system.toml``: integrate what a file describes and write the run."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..errors import FullbodyError, Interrupted
+from ..toml_setup import read_toml
+
+__all__ = ["register"]
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "run",
+        help="integrate what a system.toml describes",
+        description="Integrate what a system.toml describes and write the run as NetCDF. See the documentation of "
+        "fullbody.toml_setup for the file's keys.",
+    )
+    parser.add_argument("file", type=Path, help="the description, a .toml")
+    parser.add_argument("-o", "--out", type=Path, help="NetCDF file to write; as in the description, unless given")
+    parser.add_argument("--until", help="another end: a number in the system's units, or text such as '3 day'")
+    parser.add_argument("--page", type=Path, help="draw the one-page summary into this file too (.png, .pdf, .svg)")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from .. import tables
+
+    setup = read_toml(arguments.file)
+    out = setup.file if arguments.out is None else arguments.out
+    for path in (out, arguments.page):
+        if path is not None and not path.parent.is_dir():
+            raise FileNotFoundError(f"no folder {path.parent} to write {path.name} in")
+    progress = sys.stderr.isatty() and not arguments.quiet
+    try:
+        result = setup.run(_time(arguments.until), progress=progress)
+    except (FullbodyError, Interrupted) as error:
+        if error.run is not None and len(error.run):
+            rest = out.with_suffix(f".partial{out.suffix}")
+            error.run.save(rest)
+            print(f"fullbody: stopped early; what was recorded until then is in {rest}", file=sys.stderr)
+        raise
+    result.save(out)
+    if arguments.page is not None:
+        _draw(result, arguments.page)
+    if not arguments.quiet:
+        print(tables.to_text(tables.of_run(result)))
+        print(f"written to {out}")
+    return 0
+
+
+def _time(text: str | None) -> Any:
+    """A number, or a Quantity."""
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    from astropy import units as u
+
+    try:
+        return u.Quantity(text)
+    except (TypeError, ValueError) as error:
+        raise FullbodyError(f"--until is {text!r}; expected a number, or one with a unit, such as '3 day'") from error
+
+
+def _draw(result: Any, path: Path) -> None:
+    """The page, on a figure of no window."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 7.0 + 2.1 * len(result.system)), layout="constrained")
+    result.plot(figure)
+    figure.savefig(path)

@@ -1,0 +1,190 @@
+"""Pictures of a run, behind :attr:`fullbody.Run.plot`; one file a plot, matplotlib imported when one is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+__all__ = ["Plots"]
+
+
+class Plots:
+    """The plots of a run: ``run.plot()`` for a page, ``run.plot.orbit()`` and so on for one picture.
+
+    Each takes matplotlib axes to draw on, makes its own without, and returns them. Further keyword arguments go to
+    matplotlib. Lengths, times and spins are in the system's units, angles in degrees.
+
+    Parameters
+    ----------
+    run : Run
+        With at least one sample.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> system.integrate(state, 10.0, output=1.0).plot
+    <plots of 11 samples: angles, elements, energy, orbit, scene, spins; call it for a summary>
+    """
+
+    __slots__ = ("_run",)
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+
+    def __call__(self, figure: Any = None, *, primary: int = 0, secondary: int = 1) -> Any:
+        """One page: orbit, elements, spins, angles, conservation.
+
+        Parameters
+        ----------
+        figure : matplotlib Figure or SubFigure, optional
+        primary, secondary : int
+            Bodies whose orbit is shown; places in the system.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .summary import summary
+
+        return summary(self._run, figure, primary=primary, secondary=secondary)
+
+    def orbit(self, ax: Any = None, *, primary: int = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any) -> Any:
+        """Paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        primary : int
+            The body at the origin; its place in the system.
+        plane : {"xy", "xz", "yz"}
+        shapes : bool
+            Whether to draw the outlines.
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        InvalidInput
+            For another plane, or a place that the system does not have.
+        """
+        from .orbit import orbit
+
+        return orbit(self._run, ax, primary=primary, plane=plane, shapes=shapes, **kwargs)
+
+    def elements(self, axes: Any = None, *, mu: Any = None, primary: int = 0, secondary: int = 1, **kwargs: Any) -> Any:
+        """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
+
+        Parameters
+        ----------
+        axes : array of six matplotlib Axes, optional
+        mu, primary, secondary
+            As for :meth:`fullbody.Run.elements`.
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        ndarray of Axes, (3, 2), or the axes given
+        """
+        from .elements import elements
+
+        return elements(self._run, axes, mu=mu, primary=primary, secondary=secondary, **kwargs)
+
+    def spins(
+        self, axes: Any = None, *, bodies: Sequence[int] | None = None, frame: str = "body", **kwargs: Any
+    ) -> Any:
+        """Angular velocities against time, a panel a body.
+
+        Parameters
+        ----------
+        axes : array of matplotlib Axes, optional
+            One for each of the bodies.
+        bodies : sequence of int, optional
+            Places in the system; all of them without it.
+        frame : {"body", "inertial"}
+            The frame of the components.
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        ndarray of Axes, (number of bodies,), or the axes given
+        """
+        from .spins import spins
+
+        return spins(self._run, axes, bodies=bodies, frame=frame, **kwargs)
+
+    def angles(self, axes: Any = None, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
+        """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
+
+        Parameters
+        ----------
+        axes : array of matplotlib Axes, optional
+            Two for each of the bodies.
+        bodies : sequence of int, optional
+            Places in the system; all of them without it.
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        ndarray of Axes, (number of bodies, 2), or the axes given
+        """
+        from .angles import angles
+
+        return angles(self._run, axes, bodies=bodies, **kwargs)
+
+    def energy(self, ax: Any = None, **kwargs: Any) -> Any:
+        """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Notes
+        -----
+        Logarithmic; samples whose drift is exactly zero leave a gap. The orbit's energy is potential + translational.
+        """
+        from .energy import energy
+
+        return energy(self._run, ax, **kwargs)
+
+    def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Any:
+        """The bodies in 3D with their axes, at the sample nearest to a time.
+
+        Parameters
+        ----------
+        time : float or Quantity, optional
+            The end without it.
+        ax : matplotlib Axes3D, optional
+        path : bool
+            Whether to draw the paths of the centres.
+        **kwargs
+            To ``Axes3D.plot_surface``.
+
+        Returns
+        -------
+        matplotlib Axes3D
+            Centred on the barycentre.
+        """
+        from .scene import scene
+
+        return scene(self._run, time, ax, path=path, **kwargs)
+
+    def __repr__(self) -> str:
+        names = "angles, elements, energy, orbit, scene, spins"
+        return f"<plots of {len(self._run)} samples: {names}; call it for a summary>"

@@ -1,0 +1,188 @@
+"""What the plots share: line styles that survive grey print, labels with units, and the numbers to draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+Array = npt.NDArray[np.float64]
+
+#: Okabe and Ito's colours in an order of clearly different lightness, each with its own dashes.
+LINES: tuple[dict[str, Any], ...] = (
+    {"color": "#0072B2", "linestyle": "-"},
+    {"color": "#E69F00", "linestyle": (0, (5, 1.5))},
+    {"color": "#000000", "linestyle": (0, (1, 1.2))},
+    {"color": "#009E73", "linestyle": (0, (5, 1.5, 1, 1.5))},
+    {"color": "#D55E00", "linestyle": (0, (8, 2))},
+    {"color": "#56B4E9", "linestyle": (0, (3, 1.5, 1, 1.5, 1, 1.5))},
+)
+
+#: An angle that goes round more often than this in one panel is drawn as dots.
+_TURNS_AS_LINE = 25
+
+#: A change from sample to sample that is a full turn, or the half turn of phi and psi at theta = 90 degrees.
+_JUMP = 170.0
+
+#: Names longer than this would run into what stands beside them.
+_NAME = 12
+
+
+def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
+    """The style of the index-th line, the caller's wishes on top."""
+    style = {"linewidth": 1.2, **LINES[index % len(LINES)]}
+    for short, long in (("c", "color"), ("ls", "linestyle"), ("lw", "linewidth")):
+        if short in kwargs:
+            style.pop(long)
+    return {**style, **kwargs}
+
+
+def unit(run: Run, dimension: str) -> str:
+    """The unit of a dimension as text, empty where the system has none."""
+    units = run.system._units
+    return str(units.unit(dimension).to_string("unicode")) if units.known else ""
+
+
+def label(run: Run, text: str, dimension: str) -> str:
+    """An axis label with its unit."""
+    name = unit(run, dimension)
+    return f"{text} [{name}]" if name else f"{text} [system units]"
+
+
+def short(name: str) -> str:
+    """A body's name, cut where it is long."""
+    return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
+
+
+def joined(run: Run) -> str:
+    """The bodies' names as a phrase."""
+    *names, last = (short(name) for name in run.system.names)
+    return f"{', '.join(names)} and {last}" if names else last
+
+
+def time_label(ax: Any, run: Run) -> None:
+    """Name the time axis."""
+    ax.set_xlabel(label(run, "time", "time"))
+
+
+def grid(ax: Any) -> None:
+    """Quiet grid lines behind the data."""
+    ax.grid(True, color="0.9", linewidth=0.6)
+    ax.set_axisbelow(True)
+
+
+def legend(ax: Any, columns: int = 3) -> None:
+    """A legend above the axes, where it covers no data; long dashes stay recognisable."""
+    ax.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=columns,
+        frameon=False,
+        fontsize="small",
+        handlelength=2.2,
+        handletextpad=0.5,
+        columnspacing=0.8,
+        borderaxespad=0.1,
+        markerscale=3.0,
+    )
+
+
+def steady(ax: Any) -> None:
+    """Where all curves are level but for round-off, show them as level: the ticks would count digits."""
+    low, high = ax.dataLim.intervaly
+    size = max(abs(low), abs(high))
+    # Curves of zeros get limits from matplotlib.
+    if size > 0.0 and high - low < 1e-8 * size:
+        # Curves drawn later may still change the limits.
+        ax.set_ylim(low - 0.02 * size, high + 0.02 * size, auto=True)
+
+
+def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
+    """Draw an angle of any branch: no stroke across the jump of a full turn, dots where it goes round very often."""
+    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
+    if len(jumps) > _TURNS_AS_LINE:
+        dots = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
+        kept = {key: value for key, value in style.items() if key not in ("linestyle", "ls")}
+        return ax.plot(time, degrees, **{**dots, **kept})[0]
+    return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
+
+
+def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tuple[Any, Any]:
+    """The caller's axes, flat, or new ones; and what to return."""
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        rows, columns = shape if len(shape) == 2 else (shape[0], 1)
+        grid_of_axes = plt.subplots(rows, columns, figsize=size, sharex=True, squeeze=False, layout="constrained")[1]
+        return list(grid_of_axes.flat), grid_of_axes.reshape(shape)
+    flat = list(np.asarray(axes, dtype=object).flat)
+    if len(flat) != int(np.prod(shape)):
+        raise InvalidInput(f"axes has {len(flat)} axes; expected {int(np.prod(shape))}")
+    return flat, axes
+
+
+def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
+    """The caller's axes, or new ones."""
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    return plt.figure(figsize=size, layout="constrained").add_subplot(**projection)
+
+
+def check_body(run: Run, index: int, what: str) -> int:
+    """A place in the system, counted from the front."""
+    count = len(run.system)
+    if not isinstance(index, int) or not -count <= index < count:
+        raise InvalidInput(f"{what} is {index!r}; expected a body's place, 0 to {count - 1}")
+    return index % count
+
+
+def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
+    """Places of the bodies to draw."""
+    if bodies is None:
+        return list(range(len(run.system)))
+    places = [check_body(run, body, "one of bodies") for body in bodies]
+    if not places:
+        raise InvalidInput("bodies is empty; expected at least one place")
+    return places
+
+
+def check_samples(run: Run) -> None:
+    """Refuse a run with nothing to draw."""
+    if len(run) == 0:
+        raise InvalidInput("the run has no samples; expected at least one to draw")
+
+
+def attitudes(run: Run, body: int) -> _core.State:
+    """The attitudes of one body along the run, for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
+    zeros = np.zeros((len(run), 3))
+    return _core.State(0.0, zeros, zeros, np.ascontiguousarray(run._record["attitude"][:, body]), zeros)
+
+
+def semi_axes(run: Run, body: int) -> Array | None:
+    """Semi-axes (3,) in the system's units, ``None`` for a point."""
+    axes = run.system.bodies[body].shape.semi_axes
+    if axes is None:
+        return None
+    return np.array([float(run.system._units.strip(axis, "length", "semi-axis")) for axis in axes])
+
+
+def masses(run: Run) -> Array:
+    """Masses (N,) as numbers."""
+    return np.array([body._core(run.system._units, i).mass for i, body in enumerate(run.system.bodies)])
+
+
+def barycentric(run: Run) -> Array:
+    """Centres (K, N, 3) from the barycentre."""
+    position = run._record["position"]
+    weights = masses(run)
+    return np.asarray(position - np.einsum("n,knx->kx", weights / weights.sum(), position)[:, None])

@@ -1,0 +1,61 @@
+"""Osculating elements against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._style import check_body, check_samples, draw_angle, grid, label, line, panels, steady, time_label
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+#: Name, symbol, what it is.
+_ROWS = (
+    ("a", "$a$", "semi-major axis"),
+    ("e", "$e$", "eccentricity"),
+    ("i", "$i$", "inclination"),
+    ("Omega", r"$\Omega$", "ascending node"),
+    ("omega", r"$\omega$", "periapsis"),
+    ("M", "$M$", "mean anomaly"),
+)
+
+
+def elements(
+    run: Run,
+    axes: Any,
+    *,
+    mu: Any,
+    primary: int,
+    secondary: int,
+    names: tuple[str, ...] = ("a", "e", "i", "Omega", "omega", "M"),
+    **kwargs: Any,
+) -> Any:
+    """See :meth:`fullbody.plots.Plots.elements`; ``names`` chooses some of the six."""
+    check_samples(run)
+    primary, secondary = check_body(run, primary, "primary"), check_body(run, secondary, "secondary")
+    rows = [row for row in _ROWS if row[0] in names]
+    shape = (3, 2) if len(rows) == 6 else (len(rows),)
+    flat, result = panels(axes, shape, (9.0, 6.5))
+    values = run.elements(mu, primary, secondary)
+    time = run._record["time"]
+    for ax, (name, symbol, text) in zip(flat, rows, strict=True):
+        value = np.asarray(getattr(getattr(values, name), "value", getattr(values, name)))
+        style = line(0, kwargs)
+        if name == "a":
+            ax.plot(time, value, **style)
+            ax.set_ylabel(label(run, symbol, "length"))
+        elif name == "e":
+            ax.plot(time, value, **style)
+            ax.set_ylabel(symbol)
+        else:
+            draw_angle(ax, time, np.rad2deg(value), style)
+            ax.set_ylabel(f"{symbol} [deg]")
+        ax.set_title(text, fontsize="medium", loc="left")
+        ax.ticklabel_format(axis="y", useOffset=False)
+        steady(ax)
+        grid(ax)
+    for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:
+        time_label(ax, run)
+    return result

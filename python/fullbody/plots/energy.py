@@ -1,0 +1,43 @@
+"""What should be conserved, and how well it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._style import check_samples, grid, legend, line, single, time_label
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+#: Half the spacing of doubles at 1: no smaller relative change exists.
+_FLOOR = 0.5 * float(np.finfo(np.float64).eps)
+
+
+def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.energy`."""
+    check_samples(run)
+    ax = single(ax, (7.0, 3.2))
+    time = run._record["time"]
+    # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        drifts = (
+            ("energy / total", run.energy_drift),
+            ("energy / orbital", run.energy_drift_orbital),
+            ("angular momentum", run.angular_momentum_drift),
+        )
+    for place, (name, drift) in enumerate(drifts):
+        if not np.isfinite(drift).all():
+            continue
+        size = np.abs(drift)
+        size[size == 0.0] = np.nan
+        ax.plot(time, size, **line(place, {"label": name, **kwargs}))
+    ax.set_yscale("log")
+    largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
+    ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))
+    ax.set_ylabel("|relative drift|")
+    grid(ax)
+    legend(ax)
+    time_label(ax, run)
+    return ax

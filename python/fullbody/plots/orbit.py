@@ -1,0 +1,67 @@
+"""Paths about one body, projected."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._style import (
+    LINES,
+    Array,
+    attitudes,
+    check_body,
+    check_samples,
+    grid,
+    label,
+    legend,
+    line,
+    semi_axes,
+    short,
+    single,
+)
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+_PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.orbit`."""
+    if plane not in _PLANES:
+        raise InvalidInput(f"plane is {plane!r}; expected one of {list(_PLANES)}")
+    check_samples(run)
+    primary = check_body(run, primary, "primary")
+    ax = single(ax, (5.5, 5.0))
+    across, up = _PLANES[plane]
+    position = run._record["position"]
+    names = run.system.names
+    for place, body in enumerate(k for k in range(len(names)) if k != primary):
+        path = position[:, body] - position[:, primary]
+        style = line(place, {"linewidth": 0.9, "label": short(names[body]), **kwargs})
+        ax.plot(path[:, across], path[:, up], **style)
+    if shapes:
+        for body in range(len(names)):
+            end = (position[-1, body] - position[-1, primary])[[across, up]]
+            _outline(ax, run, body, end, [across, up])
+    ax.set_aspect("equal", adjustable="datalim")
+    about = f"from {short(names[primary])}"
+    ax.set_xlabel(label(run, f"{plane[0]} {about}", "length"))
+    ax.set_ylabel(label(run, f"{plane[1]} {about}", "length"))
+    grid(ax)
+    legend(ax)
+    return ax
+
+
+def _outline(ax: Any, run: Run, body: int, centre: Array, plane: list[int]) -> None:
+    """The edge of a body as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
+    axes = semi_axes(run, body)
+    if axes is None:
+        ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
+        return
+    columns = (attitudes(run, body).rotation_matrix[-1] * axes)[plane]
+    turn = np.linspace(0.0, 2.0 * np.pi, 73)
+    edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
+    ax.fill(*(centre[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)

@@ -1,0 +1,106 @@
+"""The bodies in 3D."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._units import scalar
+from ._style import LINES, Array, attitudes, barycentric, check_samples, label, line, semi_axes, short, unit
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+#: Body axes reach this far, in units of the longest semi-axis.
+_REACH = 1.7
+_FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
+
+
+def nearest(run: Run, time: Any) -> int:
+    """The sample nearest to a time."""
+    if time is None:
+        return len(run) - 1
+    wanted = scalar(run.system._units.strip(time, "time", "time"), "time")
+    return int(np.argmin(np.abs(run._record["time"] - wanted)))
+
+
+def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.scene`."""
+    check_samples(run)
+    if ax is None:
+        import matplotlib.pyplot as plt
+
+        # Labels of a box in 3D stand outside its axes: leave them room.
+        ax = plt.figure(figsize=(7.0, 5.2)).add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
+    index = nearest(run, time)
+    centres = barycentric(run)
+    names = [short(name) for name in run.system.names]
+    for body, name in enumerate(names):
+        if path:
+            style = line(body, {"color": "0.45", "linewidth": 0.8})
+            ax.plot(*centres[: index + 1, body].T, **style)
+        draw_body(ax, run, body, index, centres[index, body], name, kwargs)
+    frame(ax, run, centres)
+    value, name = run._record["time"][index], unit(run, "time")
+    ax.set_title(f"time {value:.6g}{' ' + name if name else ''}", fontsize="medium")
+    entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    order = [*names, *(name for name in entries if name not in names)]
+    ax.legend(
+        [entries[name] for name in order],
+        order,
+        loc="lower center",
+        bbox_to_anchor=(0.5, -0.06),
+        ncols=len(order) if len(order) < 6 else (len(order) + 1) // 2,
+        frameon=False,
+        fontsize="small",
+        handlelength=2.6,
+    )
+    return ax
+
+
+def draw_body(
+    ax: Any,
+    run: Run,
+    body: int,
+    index: int,
+    centre: Array,
+    name: str,
+    kwargs: dict[str, Any],
+    mesh: tuple[int, int] = (37, 19),
+) -> list[Any]:
+    """Surface and axes of a body at a sample; gives the artists."""
+    axes = semi_axes(run, body)
+    if axes is None:
+        return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
+    matrix = attitudes(run, body).rotation_matrix[index]
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
+    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    x, y, z = np.moveaxis((ball * axes) @ matrix.T + centre, -1, 0)
+    style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
+    artists = [ax.plot_surface(x, y, z, **{**style, "label": name, **kwargs})]
+    for column, letter in enumerate("xyz"):
+        # From the surface outwards: a plot in 3D hides no line behind a body, so none is drawn inside.
+        ends = centre + np.outer([axes[column], _REACH * axes.max()], matrix[:, column])
+        artists += ax.plot(*ends.T, **line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
+    return artists
+
+
+def frame(ax: Any, run: Run, centres: Array) -> None:
+    """Equal scales on all axes, wide enough for the whole run; labels with units."""
+    sizes = [0.0 if (axes := semi_axes(run, k)) is None else _REACH * axes.max() for k in range(len(run.system))]
+    low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
+    high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
+    span = np.where(high > low, high - low, 1.0)
+    ax.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]), zlim=(low[2], low[2] + span[2]))
+    ax.set_box_aspect(span, zoom=1.1)
+    for letter, width in zip("xyz", span, strict=True):
+        getattr(ax, f"set_{letter}label")(label(run, letter, "length"))
+        getattr(ax, f"{letter}axis").set_major_locator(_locator(float(width / span.max())))
+
+
+def _locator(share: float) -> Any:
+    """Fewer ticks on a shorter axis."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(max(2, round(6 * share)))

@@ -1,0 +1,38 @@
+"""Angular velocities against time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._style import attitudes, check_samples, chosen, grid, label, legend, line, panels, short, steady, time_label
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+
+def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.spins`."""
+    if frame not in ("body", "inertial"):
+        raise InvalidInput(f"frame is {frame!r}; expected 'body' or 'inertial'")
+    check_samples(run)
+    places = chosen(run, bodies)
+    flat, result = panels(axes, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
+    time = run._record["time"]
+    for body, ax in zip(places, flat, strict=True):
+        spin = run._record["spin"][:, body]
+        if frame == "inertial":
+            spin = np.einsum("kij,kj->ki", attitudes(run, body).rotation_matrix, spin)
+        for component, letter in enumerate("xyz"):
+            ax.plot(time, spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
+        ax.set_ylabel(label(run, "spin", "spin"))
+        ax.set_title(f"{short(run.system.names[body])}, {frame} frame", fontsize="medium", loc="left")
+        ax.ticklabel_format(axis="y", useOffset=False)
+        steady(ax)
+        grid(ax)
+        legend(ax)
+    time_label(flat[-1], run)
+    return result

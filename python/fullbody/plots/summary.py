@@ -1,0 +1,46 @@
+"""A run on one page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ._style import check_samples, joined
+from .angles import angles
+from .elements import elements
+from .energy import energy
+from .orbit import orbit
+from .spins import spins
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+
+def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
+    """See :meth:`fullbody.plots.Plots.__call__`."""
+    check_samples(run)
+    count = len(run.system)
+    pair = count > 1
+    if figure is None:
+        import matplotlib.pyplot as plt
+
+        figure = plt.figure(figsize=(11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4), layout="constrained")
+    heights = ([4.4] if pair else []) + [2.1 * count, 2.2]
+    rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
+    if pair:
+        left, right = rows.pop(0).subfigures(1, 2, width_ratios=(1.0, 1.1))
+        orbit(run, left.subplots(), primary=primary, plane="xy", shapes=True)
+        names = ("a", "e", "i")
+        panels = right.subplots(len(names), 1, sharex=True)
+        elements(run, panels, mu=None, primary=primary, secondary=secondary, names=names)
+    left, right = rows[0].subfigures(1, 2, width_ratios=(1.0, 1.4))
+    spins(run, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0], frame="body")
+    angles(run, right.subplots(count, 2, sharex=True, squeeze=False))
+    energy(run, rows[1].subplots())
+    figure.align_ylabels()
+    options, s = run.system.options, run.statistics
+    figure.suptitle(
+        f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
+        f"{s.steps} steps, {len(run)} samples",
+        fontsize="medium",
+    )
+    return figure

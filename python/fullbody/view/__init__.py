@@ -1,0 +1,108 @@
+"""A run in 3D in the browser: one self-contained page of WebGL, without server or network."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._files import replacing
+from ..errors import InvalidInput
+from ..plots._style import barycentric, check_samples, joined, semi_axes, unit
+from ..plots.sampling import evenly, warn_if_aliased
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+__all__ = ["View"]
+
+
+class View:
+    """An interactive picture of a run; see :meth:`fullbody.Run.view`.
+
+    Drag to turn, wheel to zoom, keys or buttons to play; the camera follows the barycentre or a body.
+
+    Parameters
+    ----------
+    run : Run
+    samples : int
+        At most so many samples.
+    height : int
+        Of the frame in Jupyter, pixels.
+
+    Raises
+    ------
+    InvalidInput
+        For a run without samples.
+    """
+
+    def __init__(self, run: Run, *, samples: int = 20000, height: int = 480) -> None:
+        check_samples(run)
+        if not isinstance(samples, int) or samples < 2:
+            raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")
+        places = np.arange(len(run)) if len(run) <= samples else evenly(run, samples)
+        warn_if_aliased(run, places)
+        self._height = height
+        self._title = joined(run)
+        self._data = {
+            "names": list(run.system.names),
+            "axes": [None if (axes := semi_axes(run, k)) is None else list(axes) for k in range(len(run.system))],
+            "length": unit(run, "length"),
+            "unit": unit(run, "time"),
+            "time": _pack(run._record["time"][places], "<f8"),
+            "position": _pack(barycentric(run)[places], "<f4"),
+            "attitude": _pack(run._record["attitude"][places], "<f4"),
+        }
+        self._samples = len(places)
+
+    def to_html(self) -> str:
+        """The page."""
+        page = resources.files(__package__).joinpath("page.html").read_text(encoding="utf-8")
+        script = resources.files(__package__).joinpath("viewer.js").read_text(encoding="utf-8")
+        # "</" would end the script element, whatever a body is called.
+        data = json.dumps(self._data).replace("</", "<\\/").replace("<!--", "<\\!--")
+        # Pieces in the order of the page, so that no body's name can be mistaken for a place to fill.
+        pieces: list[str] = []
+        for place, text in (("@TITLE@", html.escape(self._title)), ("@SCRIPT@", script), ("@DATA@", data)):
+            before, _, page = page.partition(place)
+            pieces += [before, text]
+        return "".join([*pieces, page])
+
+    def save_html(self, path: Any) -> Path:
+        """Write the page as one file that needs no network.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        with replacing(path) as temporary:
+            temporary.write_text(self.to_html(), encoding="utf-8")
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.to_html(), quote=True)
+        # A notebook that is not trusted shows the text alone; otherwise the picture lies on it.
+        return (
+            '<div style="height:1.6em;line-height:1.6em">Interactive view: run this cell, or trust the notebook.</div>'
+            f'<iframe srcdoc="{page}" sandbox="allow-scripts" title="{html.escape(self._title)}" '
+            'style="position:relative;display:block;margin-top:-1.6em;box-sizing:border-box;'
+            f'width:100%;height:{self._height}px;border:1px solid #ccc;background:#fff"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<view of {self._title}, {self._samples} samples; shown in Jupyter, or .save_html(path)>"
+
+
+def _pack(values: Any, kind: str) -> str:
+    """Numbers as base64, little-endian."""
+    return base64.b64encode(np.ascontiguousarray(values).astype(kind).tobytes()).decode("ascii")

@@ -1,0 +1,258 @@
+"use strict";
+// Ellipsoids with their axes and paths in WebGL. Positions are from the barycentre, attitudes are unit quaternions
+// [w, x, y, z] that turn body axes into inertial ones; between samples both are interpolated.
+// Seconds that a whole run takes at speed 1.
+const SECONDS = 30;
+const COLOURS = [[0.45, 0.68, 0.85], [0.95, 0.65, 0.4], [0.75, 0.75, 0.75], [0.5, 0.75, 0.6], [0.85, 0.65, 0.75]];
+const AXES = [[0, 0.447, 0.698], [0.902, 0.624, 0], [0, 0, 0]];
+const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 turn; uniform vec3 axes, centre;
+varying vec3 normal; varying vec3 ball;
+void main() { ball = point; normal = turn * (point / axes);
+  gl_Position = camera * vec4(turn * (point * axes) + centre, 1.0); }`;
+// A net of meridians and parallels shows the turning of a body whose outline does not change.
+const SHADE = `#extension GL_OES_standard_derivatives : enable
+precision highp float; varying vec3 normal; varying vec3 ball; uniform vec3 colour, light;
+void main() { float lit = 0.45 + 0.55 * max(dot(normalize(normal), light), 0.0);
+  float lon = atan(ball.y, ball.x) * 3.8197186, lat = asin(clamp(ball.z, -1.0, 1.0)) * 3.8197186;
+  float wide = sqrt(max(1.0 - ball.z * ball.z, 0.0)), pixel = 3.8197186 * length(fwidth(ball));
+  float net = min(abs(fract(lon + 0.5) - 0.5) * wide, abs(fract(lat + 0.5) - 0.5));
+  float ink = (1.0 - smoothstep(0.02, 0.03 + 0.7 * pixel, net)) * min(1.0, 0.2 / pixel);
+  gl_FragColor = vec4(colour * lit * (1.0 - 0.3 * ink), 1.0); }`;
+const LINE = `attribute vec3 point; uniform mat4 camera; uniform vec3 shift;
+void main() { gl_Position = camera * vec4(point + shift, 1.0); }`;
+const FLAT = `precision mediump float; uniform vec3 colour; void main() { gl_FragColor = vec4(colour, 1.0); }`;
+
+function unpack(text, Kind) {
+  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  return new Kind(bytes.buffer);
+}
+
+function matrix([w, x, y, z]) {  // columns, as WebGL wants them
+  return [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y),
+    2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
+    2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+}
+
+function slerp(p, q, s) {  // the shorter way
+  let cosine = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+  const sign = cosine < 0 ? -1 : 1;
+  const angle = Math.acos(Math.min(1, cosine * sign)), sine = Math.sin(angle);
+  const [u, v] = sine < 1e-6 ? [1 - s, s] : [Math.sin((1 - s) * angle) / sine, Math.sin(s * angle) / sine];
+  return p.map((value, k) => u * value + sign * v * q[k]);
+}
+
+function program(gl, vertex, fragment) {
+  const made = gl.createProgram();
+  for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(made, shader);
+  }
+  gl.linkProgram(made);
+  return made;
+}
+
+function buffer(gl, values) {
+  const made = gl.createBuffer();
+  gl.bindBuffer(gl.ARRAY_BUFFER, made);
+  gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
+  return made;
+}
+
+function sphere(across, down) {
+  const at = (i, j) => {
+    const u = 2 * Math.PI * i / across, v = Math.PI * j / down;
+    return [Math.cos(u) * Math.sin(v), Math.sin(u) * Math.sin(v), Math.cos(v)];
+  };
+  const points = [];
+  for (let i = 0; i < across; i++) for (let j = 0; j < down; j++)
+    points.push(...at(i, j), ...at(i, j + 1), ...at(i + 1, j), ...at(i + 1, j), ...at(i, j + 1), ...at(i + 1, j + 1));
+  return points;
+}
+
+function show(data) {
+  const element = name => document.getElementById(name);
+  const canvas = element("canvas");
+  const gl = canvas.getContext("webgl", { antialias: true, preserveDrawingBuffer: true });
+  if (!gl) {
+    element("stage").innerHTML = '<p id="fault">This picture needs WebGL, which this browser does not offer.</p>';
+    return;
+  }
+  gl.getExtension("OES_standard_derivatives");
+  const time = unpack(data.time, Float64Array), position = unpack(data.position, Float32Array);
+  const attitude = unpack(data.attitude, Float32Array), many = data.names.length, samples = time.length;
+  const centre = (k, b) => Array.from(position.subarray(3 * (k * many + b), 3 * (k * many + b) + 3));
+  const quaternion = (k, b) => Array.from(attitude.subarray(4 * (k * many + b), 4 * (k * many + b) + 4));
+  let reach = 0, largest = 0;
+  for (let k = 0; k < samples; k++) for (let b = 0; b < many; b++) reach = Math.max(reach, Math.hypot(...centre(k, b)));
+  for (const axes of data.axes) if (axes) largest = Math.max(largest, ...axes);
+  reach = Math.max(reach, largest) || 1;
+  // A point has no size: a small ball stands for it.
+  const sizes = data.axes.map(axes => axes || [0, 0, 0].fill(0.012 * reach));
+
+  const solid = program(gl, SURFACE, SHADE), flat = program(gl, LINE, FLAT);
+  const ball = sphere(48, 24), ballBuffer = buffer(gl, ball);
+  const paths = data.names.map((_, b) => {
+    const points = [];
+    for (let k = 0; k < samples; k++) points.push(...centre(k, b));
+    return buffer(gl, points);
+  });
+  const spare = gl.createBuffer();
+  gl.enable(gl.DEPTH_TEST);
+
+  const looks = { azimuth: -1.0, height: 0.45, distance: 3.4 * reach, follow: -1 };
+  let place = 0, playing = false, last = 0;
+  for (const [value, name] of [[-1, "barycentre"], ...data.names.map((name, b) => [b, name])]) {
+    const option = document.createElement("option");
+    option.value = value;
+    option.textContent = name;
+    element("follow").append(option);
+  }
+  const key = (name, colour, dash) => {
+    const row = document.createElement("div"), mark = document.createElement("i");
+    mark.style.background = `rgb(${colour.map(c => Math.round(255 * c))})`;
+    if (dash) Object.assign(mark.style, { height: "3px", border: "0", verticalAlign: ".25em" });
+    row.append(mark, name);
+    element("key").append(row);
+  };
+  data.names.forEach((name, b) => key(name, COLOURS[b % COLOURS.length]));
+  ["x", "y", "z"].forEach((name, c) => key(`body ${name}`, AXES[c], true));
+
+  function now() {  // the state at the slider's place, between two samples
+    const t = time[0] + place * (time[samples - 1] - time[0]), back = time[samples - 1] < time[0];
+    let low = 0, high = samples - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if ((time[middle] <= t) !== back) low = middle; else high = middle;
+    }
+    const s = high > low ? Math.min(1, Math.max(0, (t - time[low]) / (time[high] - time[low]))) : 0;
+    const bodies = data.names.map((_, b) => {
+      const from = centre(low, b), to = centre(high, b);
+      return { centre: from.map((v, c) => v + s * (to[c] - v)), turn: matrix(slerp(quaternion(low, b), quaternion(high, b), s)) };
+    });
+    return { t, bodies };
+  }
+
+  function camera(target, aspect) {
+    const { azimuth: a, height: h, distance: d } = looks;
+    const back = [Math.cos(h) * Math.cos(a), Math.cos(h) * Math.sin(a), Math.sin(h)];
+    const right = [-Math.sin(a), Math.cos(a), 0];
+    const up = [-Math.sin(h) * Math.cos(a), -Math.sin(h) * Math.sin(a), Math.cos(h)];
+    const eye = target.map((v, c) => v + d * back[c]), dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    const f = 2.6, near = 0.02 * d, far = d + 6 * reach, rows = [right, up, back];
+    const view = rows.map(r => [...r, -dot(r, eye)]);
+    const zoom = [f / Math.max(aspect, 1), f * Math.min(aspect, 1)];
+    const m = [view[0].map(v => v * zoom[0]), view[1].map(v => v * zoom[1]),
+      view[2].map((v, c) => -(far + near) / (far - near) * v - (c === 3 ? 2 * far * near / (far - near) : 0)),
+      view[2].map(v => -v)];
+    const columns = [];
+    for (let c = 0; c < 4; c++) for (let r = 0; r < 4; r++) columns.push(m[r][c]);
+    return { columns, back, up, right, perPixel: 2 * d / (zoom[1] * canvas.clientHeight) };
+  }
+
+  function strip(points, count, mode, colour, shift, view) {
+    gl.useProgram(flat);
+    gl.bindBuffer(gl.ARRAY_BUFFER, points);
+    const at = gl.getAttribLocation(flat, "point");
+    gl.enableVertexAttribArray(at);
+    gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
+    gl.uniformMatrix4fv(gl.getUniformLocation(flat, "camera"), false, view.columns);
+    gl.uniform3fv(gl.getUniformLocation(flat, "colour"), colour);
+    gl.uniform3fv(gl.getUniformLocation(flat, "shift"), shift);
+    gl.drawArrays(mode, 0, count);
+  }
+
+  function draw() {
+    const ratio = window.devicePixelRatio || 1;
+    canvas.width = canvas.clientWidth * ratio;
+    canvas.height = canvas.clientHeight * ratio;
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.clearColor(0.969, 0.969, 0.961, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const { t, bodies } = now();
+    const target = looks.follow < 0 ? [0, 0, 0] : bodies[looks.follow].centre;
+    const view = camera(target, canvas.width / canvas.height);
+    const light = [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
+    bodies.forEach((body, b) => {
+      const axes = sizes[b];
+      gl.useProgram(solid);
+      gl.bindBuffer(gl.ARRAY_BUFFER, ballBuffer);
+      const at = gl.getAttribLocation(solid, "point"), uniform = name => gl.getUniformLocation(solid, name);
+      gl.enableVertexAttribArray(at);
+      gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
+      gl.uniformMatrix4fv(uniform("camera"), false, view.columns);
+      gl.uniformMatrix3fv(uniform("turn"), false, body.turn);
+      gl.uniform3fv(uniform("axes"), axes);
+      gl.uniform3fv(uniform("centre"), body.centre);
+      gl.uniform3fv(uniform("colour"), COLOURS[b % COLOURS.length]);
+      gl.uniform3fv(uniform("light"), light);
+      gl.drawArrays(gl.TRIANGLES, 0, ball.length / 3);
+      strip(paths[b], samples, gl.LINE_STRIP, b ? [0.55, 0.5, 0.45] : [0.45, 0.5, 0.55], [0, 0, 0], view);
+      if (!data.axes[b]) return;
+      for (let c = 0; c < 3; c++) {
+        // Lines are a pixel wide everywhere: a thin cross of ribbons is seen from every side.
+        const out = body.turn.slice(3 * c, 3 * c + 3), length = 1.6 * Math.max(...axes), half = 0.012 * length;
+        const points = [];
+        for (const n of [1, 2]) {
+          const side = body.turn.slice(3 * ((c + n) % 3), 3 * ((c + n) % 3) + 3);
+          for (const [u, v] of [[0, -1], [0, 1], [1, -1], [1, -1], [0, 1], [1, 1]])
+            points.push(...out.map((value, k) => value * u * length + side[k] * v * half));
+        }
+        gl.bindBuffer(gl.ARRAY_BUFFER, spare);
+        gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(points), gl.DYNAMIC_DRAW);
+        strip(spare, 12, gl.TRIANGLES, AXES[c], body.centre, view);
+      }
+    });
+    element("time").textContent = `time ${t.toPrecision(6)} ${data.unit}`;
+    element("slider").value = place;
+    const wish = 120 * view.perPixel, ten = 10 ** Math.floor(Math.log10(wish));
+    const nice = [5, 2, 1].find(n => n * ten <= wish) * ten;
+    element("scale").querySelector("b").style.width = `${nice / view.perPixel}px`;
+    element("scale").querySelector("span").textContent = `${+nice.toPrecision(3)} ${data.length}`;
+  }
+
+  function tick(stamp) {
+    if (!playing) return;
+    place += (stamp - last) / 1000 / SECONDS * element("speed").value;
+    last = stamp;
+    if (place >= 1) place = 0;
+    draw();
+    requestAnimationFrame(tick);
+  }
+  function play(on) {
+    playing = on;
+    element("play").textContent = on ? "Pause" : "Play";
+    last = performance.now();
+    if (on) requestAnimationFrame(tick);
+  }
+  element("play").onclick = () => play(!playing);
+  element("slider").oninput = event => { place = +event.target.value; draw(); };
+  element("follow").onchange = event => { looks.follow = +event.target.value; draw(); };
+  document.addEventListener("keydown", event => {
+    if (event.target.tagName === "SELECT") return;
+    if (event.key === " ") { play(!playing); event.preventDefault(); }
+  });
+  canvas.onpointerdown = event => canvas.setPointerCapture(event.pointerId);
+  canvas.onpointermove = event => {
+    if (!event.buttons) return;
+    looks.azimuth -= 0.008 * event.movementX;
+    looks.height = Math.max(-1.55, Math.min(1.55, looks.height + 0.008 * event.movementY));
+    draw();
+  };
+  canvas.onwheel = event => {
+    looks.distance = Math.max(1.5 * largest, Math.min(20 * reach, looks.distance * Math.exp(0.001 * event.deltaY)));
+    draw();
+    event.preventDefault();
+  };
+  window.onresize = draw;
+  // "#play", "#place=0.5" and "#follow=1" open the page in that state.
+  for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
+    if (name === "place") place = Math.min(1, Math.max(0, +value || 0));
+    if (name === "follow" && many > +value) element("follow").value = looks.follow = +value;
+    if (name === "zoom") looks.distance /= +value || 1;
+  }
+  draw();
+  if (location.hash.includes("play")) play(true);
+}

@@ -1,0 +1,97 @@
+"""``fullbody run`` and ``fullbody info``."""
+
+import subprocess
+import sys
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.cli import main
+from PIL import Image
+from test_toml import KW4, PAIR
+
+
+@pytest.fixture
+def description(tmp_path):
+    path = tmp_path / "kw4.toml"
+    path.write_text(KW4.replace('"1 day"', '"6 hour"'))
+    return path
+
+
+def test_run_writes_the_run(description, capsys):
+    assert main(["run", str(description)]) == 0
+    run = fullbody.load(description.with_suffix(".nc"))
+    assert run == fullbody.read_toml(description).run()
+    out, err = capsys.readouterr()
+    assert "samples" in out
+    assert "written to" in out
+    assert err == ""
+
+
+def test_run_elsewhere_to_another_time_with_a_page(description, tmp_path, capsys):
+    out, page = tmp_path / "other.nc", tmp_path / "page.png"
+    command = ["run", str(description), "-o", str(out), "--until", "90 min", "--page", str(page), "--quiet"]
+    assert main(command) == 0
+    assert np.array_equal(fullbody.load(out).time.value, [0.0, 0.5, 1.0, 1.5])
+    assert not description.with_suffix(".nc").exists()
+    with Image.open(page) as image:
+        assert image.format == "PNG"
+        assert image.width > 800
+    assert capsys.readouterr() == ("", "")
+
+
+def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
+    description.write_text(KW4.replace("mass = 0.135e12", "mass = 0"))
+    assert main(["run", str(description)]) == 1
+    err = capsys.readouterr().err
+    assert err.startswith(f"fullbody: {description}: body[1].mass: ")
+    assert err.count("\n") == 1
+    assert main(["run", str(tmp_path / "nothing.toml")]) == 1
+    assert "nothing.toml" in capsys.readouterr().err
+    description.write_text(KW4)
+    assert main(["run", str(description), "--until", "soon"]) == 1
+    assert "--until is 'soon'; expected a number" in capsys.readouterr().err
+    assert main(["run", str(description), "-o", str(tmp_path / "nowhere" / "a.nc")]) == 1
+    assert "no folder" in capsys.readouterr().err
+
+
+def test_a_run_cut_short_is_kept(tmp_path, capsys):
+    """Two bodies that fall onto each other."""
+    path = tmp_path / "fall.toml"
+    path.write_text(PAIR.replace("velocity = [0, 0.6, 0]", "").replace("until = 2.0", "until = 100.0\noutput = 0.5"))
+    assert main(["run", str(path)]) == 1
+    err = capsys.readouterr().err
+    assert "stopped early" in err
+    kept = fullbody.load(tmp_path / "fall.partial.nc")
+    assert 2 <= len(kept) < 20
+    assert not (tmp_path / "fall.nc").exists()
+
+
+def test_info_of_a_description_and_of_a_run(description, capsys):
+    main(["run", str(description), "--quiet"])
+    assert main(["info", str(description), str(description.with_suffix(".nc"))]) == 0
+    out = capsys.readouterr().out
+    description_part, run_part = out.split(str(description.with_suffix(".nc")) + "\nRun")
+    assert "Alpha  Ellipsoid  0.766, 0.7475, 0.6735  2.353e+12" in description_part
+    assert "until       6 h" in description_part
+    assert "samples" in run_part
+    assert "0 h to 6 h" in run_part
+    assert "gravity            surface" in run_part
+    a = fullbody.load(description.with_suffix(".nc")).elements().a.value
+    assert f"{a.max():.8g}" in run_part
+
+
+def test_info_of_something_else_says_so(tmp_path, capsys):
+    path = tmp_path / "notes.nc"
+    path.write_text("not NetCDF")
+    assert main(["info", str(path)]) == 1
+    assert "is not a readable run of fullbody" in capsys.readouterr().err
+
+
+def test_the_module_is_a_command():
+    done = subprocess.run([sys.executable, "-m", "fullbody", "--help"], capture_output=True, text=True, check=True)
+    assert "run" in done.stdout
+    assert "info" in done.stdout
+    wrong = subprocess.run([sys.executable, "-m", "fullbody", "walk"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2
+    assert "invalid choice" in wrong.stderr

@@ -1,0 +1,104 @@
+"""What Jupyter shows of an object: whole, short, escaped tables."""
+
+from html.parser import HTMLParser
+
+import fullbody
+import numpy as np
+import pytest
+
+
+class Cells(HTMLParser):
+    """Cells of all tables; refuses tags that do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.cells = [], []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        assert tag in {"table", "caption", "b", "thead", "tbody", "tr", "th", "td"}
+        if tag in {"td", "th"}:
+            self.cells.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in {"td", "th"}:
+            self.cells[-1] += data
+
+
+def cells(thing):
+    return Cells(thing._repr_html_()).cells
+
+
+def test_body():
+    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), density=1.5, name="egg")
+    shown = cells(body)
+    assert "3, 2, 1" in shown
+    assert f"{1.5 * 4 / 3 * np.pi * 6:.8g}" in shown
+    assert cells(fullbody.Body(fullbody.PointMass(), mass=2.0)) == ["shape", "PointMass", "mass", "2"]
+
+
+def test_system_state_and_run(kw4_run):
+    shown = cells(kw4_run.system)
+    assert {"Alpha", "Beta", "0.285, 0.2315, 0.1745", "1.35e+11", "semi-axes [km]", "mass [kg]"} <= set(shown)
+    state = cells(kw4_run[-1])
+    assert "position [km]" in state
+    last = kw4_run.position.value[-1, 1]
+    assert "(" + ", ".join(f"{x:.6g}" for x in last) + ")" in state
+    run = cells(kw4_run)
+    assert {"101", "0 h to 50 h", f"{np.abs(kw4_run.energy_drift).max():.2e}"} <= set(run)
+
+
+def test_elements_one_and_many(case1_run):
+    one = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
+    assert cells(one) == [
+        "a",
+        "2",
+        "e",
+        "0.5",
+        "i [deg]",
+        "30",
+        "Omega [deg]",
+        "0",
+        "omega [deg]",
+        "0",
+        "M [deg]",
+        "180",
+    ]
+    elements = case1_run.elements()
+    many = cells(elements)
+    assert many[:5] == ["", "first", "last", "least", "greatest"]
+    e = elements.e
+    assert many[many.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
+
+
+def test_units_of_elements(kw4_run):
+    shown = cells(kw4_run.elements())
+    assert "a [km]" in shown
+    assert "i [deg]" in shown
+    assert f"{np.rad2deg(kw4_run.elements().i.value[-1]):.8g}" in shown
+
+
+def test_names_are_escaped():
+    name = "<script>alert('x')</script>&"
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name), fullbody.Body(fullbody.PointMass(), mass=0.1)]
+    system = fullbody.System(bodies, G=1.0)
+    run = system.integrate(fullbody.State([[0, 0, 0], [3, 0, 0]], [[0, 0, 0], [0, 0.6, 0]]), 1.0)
+    for thing in (bodies[0], system, run):
+        assert "<script" not in thing._repr_html_()
+    assert name in cells(system)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_short_runs(count, kw4_run):
+    times = [0.0] if count else []
+    try:
+        run = kw4_run.system.integrate(kw4_run[0], 1.0, output=np.array(times))
+    except fullbody.InvalidInput:
+        pytest.skip("a run without samples cannot be asked for")
+    assert str(count) in cells(run)

@@ -1,0 +1,165 @@
+"""Films and the interactive view: valid files that need no network and show the run's own numbers."""
+
+import base64
+import html
+import json
+import re
+import shutil
+import stat
+import warnings
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.plots.sampling import evenly
+from PIL import Image
+
+SMALL = {"seconds": 0.5, "fps": 10, "size": (3.01, 2.53), "dpi": 50}
+
+
+@pytest.fixture(scope="module")
+def short_run():
+    system, state = fullbody.systems.kw4(units=True)
+    return system.integrate(state, 2.0, output=0.5)
+
+
+def outside(page):
+    """What a page would fetch: links, sources, imports, addresses."""
+    page = re.sub(r'(src|href)="data:[^"]*"', "", page)
+    return re.findall(r"https?://|<link|\bsrc=|\bhref=|@import|\bfetch\(|XMLHttpRequest|import\(", page)
+
+
+def test_gif_has_a_frame_a_sample(short_run, tmp_path):
+    path = short_run.animate(tmp_path / "film.gif", **SMALL)
+    with Image.open(path) as film:
+        assert (film.format, film.n_frames, film.size) == ("GIF", 5, (150, 126))
+        film.seek(0)
+        first = np.asarray(film.convert("RGB"), dtype=int)
+        film.seek(3)
+        assert np.abs(np.asarray(film.convert("RGB"), dtype=int) - first).max() > 50
+    assert [p.name for p in tmp_path.iterdir()] == ["film.gif"]
+
+
+def test_html_film_works_offline(short_run, tmp_path):
+    page = short_run.animate(tmp_path / "film.html", **SMALL).read_text()
+    assert outside(page) == []
+    assert "fa-" not in page
+    frames = re.findall(r'frames\[\d+\] = "data:image/png;base64,([^"]*)"', page)
+    assert len(frames) == 5
+    assert all(base64.b64decode(frame.replace("\\\n", "")).startswith(b"\x89PNG") for frame in frames)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_mp4_is_one(short_run, tmp_path):
+    content = short_run.animate(tmp_path / "film.mp4", **SMALL).read_bytes()
+    assert content[4:8] == b"ftyp"
+    assert len(content) > 1000
+
+
+def test_mp4_without_ffmpeg_says_what_to_do(short_run, tmp_path, monkeypatch):
+    from matplotlib import animation
+
+    monkeypatch.setattr(animation.writers, "is_available", lambda name: False)
+    with pytest.raises(fullbody.FullbodyError, match=r"needs the program ffmpeg.*write \.gif or \.html"):
+        short_run.animate(tmp_path / "film.mp4")
+
+
+def test_bad_requests_for_films_are_named(short_run, tmp_path):
+    with pytest.raises(fullbody.InvalidInput, match=r"ends in one of \.mp4, \.gif, \.html"):
+        short_run.animate(tmp_path / "film.avi")
+    with pytest.raises(fullbody.InvalidInput, match="seconds is -1; expected a number above zero"):
+        short_run.animate(tmp_path / "film.gif", seconds=-1)
+    with pytest.raises(fullbody.InvalidInput, match="fps is 0; expected a whole number above zero"):
+        short_run.animate(tmp_path / "film.gif", fps=0)
+    with pytest.raises(FileNotFoundError, match="no folder"):
+        short_run.animate(tmp_path / "nowhere" / "film.gif")
+
+
+def test_a_film_that_fails_leaves_the_old_one(short_run, tmp_path, monkeypatch):
+    path = tmp_path / "film.gif"
+    path.write_text("old")
+    monkeypatch.setattr("matplotlib.animation.PillowWriter.finish", lambda self: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        short_run.animate(path, **SMALL)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_pictures_too_far_apart_are_warned_of(short_run):
+    """Alpha turns in 2.76 h: samples half an hour apart show it, samples 1.5 h apart do not."""
+    system, state = fullbody.systems.kw4()
+    run = system.integrate(state, 9.0, output=1.5)
+    with pytest.warns(UserWarning, match=r"Alpha makes up to 0\.54 turns between two pictures"):
+        run.view()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        short_run.view()
+
+
+@pytest.mark.parametrize("until", [100.0, -100.0])
+def test_samples_are_taken_evenly_in_time(until):
+    system, state = fullbody.systems.case1()
+    run = system.integrate(state, until)
+    places = evenly(run, 20)
+    assert places[0] == 0
+    assert places[-1] == len(run) - 1
+    assert np.all(np.diff(places) > 0)
+    wanted = np.linspace(0.0, until, 20)
+    nearest = np.abs(run.time[:, None] - wanted).min(axis=0)
+    assert np.allclose(np.abs(run.time[places][:, None] - wanted).min(axis=0), nearest, rtol=0, atol=0)
+
+
+def data_of(page):
+    """What the page hands to its script."""
+    data = json.loads(re.search(r"\nshow\((.*)\);\n", page)[1])
+    unpacked = {
+        name: np.frombuffer(base64.b64decode(data[name]), dtype=kind)
+        for name, kind in (("time", "<f8"), ("position", "<f4"), ("attitude", "<f4"))
+    }
+    return data, unpacked
+
+
+def test_view_is_one_page_with_the_runs_numbers(kw4_run, tmp_path):
+    path = kw4_run.view().save_html(tmp_path / "view.html")
+    page = path.read_text(encoding="utf-8")
+    assert outside(page) == []
+    assert stat.S_IMODE(path.stat().st_mode) & 0o444
+    data, arrays = data_of(page)
+    assert data["names"] == ["Alpha", "Beta"]
+    assert data["axes"] == [[0.766, 0.7475, 0.6735], [0.285, 0.2315, 0.1745]]
+    assert (data["length"], data["unit"]) == ("km", "h")
+    assert np.array_equal(arrays["time"], kw4_run.time.value)
+    assert np.array_equal(arrays["attitude"].reshape(-1, 2, 4), kw4_run.attitude.astype(np.float32))
+    position = arrays["position"].reshape(-1, 2, 3).astype(float)
+    relative = (kw4_run.position[:, 1] - kw4_run.position[:, 0]).value
+    assert np.allclose(position[:, 1] - position[:, 0], relative, atol=1e-6)
+    masses = kw4_run.system.masses.value
+    assert np.allclose(np.einsum("n,knx->kx", masses / masses.sum(), position), 0.0, atol=1e-6)
+
+
+def test_view_takes_no_more_samples_than_asked(kw4_run):
+    _, arrays = data_of(kw4_run.view(samples=51).to_html())
+    assert np.array_equal(arrays["time"], kw4_run.time.value[::2])
+    with pytest.raises(fullbody.InvalidInput, match="samples is 1; expected a whole number above 1"):
+        kw4_run.view(samples=1)
+
+
+def test_view_in_jupyter_is_the_same_page_in_a_frame(kw4_run):
+    view = kw4_run.view()
+    shown = view._repr_html_()
+    assert html.unescape(re.search(r'srcdoc="([^"]*)"', shown)[1]) == view.to_html()
+    assert 'sandbox="allow-scripts"' in shown
+    assert repr(view).startswith("<view of Alpha and Beta, 101 samples")
+
+
+def test_names_cannot_break_out_of_the_page():
+    name = '</script><b>"@DATA@"'
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name), fullbody.Body(fullbody.PointMass(), mass=0.1)]
+    system = fullbody.System(bodies, G=1.0)
+    run = system.integrate(fullbody.State([[0, 0, 0], [3, 0, 0]], [[0, 0, 0], [0, 0.6, 0]]), 1.0)
+    page = run.view().to_html()
+    assert page.count("</script>") == 1
+    assert '<b>"' not in page.split("<script>")[0]
+    data, _ = data_of(page)
+    assert data["names"] == [name, "body 1"]
+    assert data["axes"] == [[1.0, 1.0, 1.0], None]

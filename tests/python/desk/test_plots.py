@@ -1,0 +1,294 @@
+"""Plots show the run's own numbers, with units, on the axes they are given."""
+
+import itertools
+
+import fullbody
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+
+def drawn(line):
+    """What a line shows, without the gaps put in where an angle jumps."""
+    y = np.asarray(line.get_ydata(), dtype=float)
+    return y[~np.isnan(y)]
+
+
+def texts_of(ax):
+    """Titles, labels, shown tick labels, annotations and legend of axes."""
+    yield from (ax.title, ax._left_title, ax._right_title, *ax.texts)
+    for axis in ax._axis_map.values():
+        yield axis.label
+        if not hasattr(ax, "get_zlim"):
+            yield from (tick.label1 for tick in axis._update_ticks() if tick.label1.get_visible())
+    if ax.get_legend():
+        yield from ax.get_legend().get_texts()
+
+
+def text_boxes(figure):
+    """Boxes of all texts that a figure shows."""
+    figure.draw_without_rendering()
+    renderer = figure.canvas.get_renderer()
+    texts = [text for ax in figure.axes for text in texts_of(ax) if text.get_text().strip()]
+    texts += [figure._suptitle] if figure._suptitle else []
+    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
+    # A legend's lines count too, beside the titles.
+    legends = [(ax, ax.get_legend()) for ax in figure.axes if ax.get_legend()]
+    for ax, legend in legends:
+        handles = legend.legend_handles[0].get_window_extent(renderer)
+        boxes += [(f"lines of the legend of {ax.get_title(loc='left')}", handles)] if handles.width > 0 else []
+    return boxes
+
+
+def overlapping(figure):
+    """Pairs of texts that cover each other by more than a pixel."""
+    pairs = []
+    for (a, x), (b, y) in itertools.combinations(text_boxes(figure), 2):
+        wide = min(x.x1, y.x1) - max(x.x0, y.x0)
+        high = min(x.y1, y.y1) - max(x.y0, y.y0)
+        if wide > 1.0 and high > 1.0:
+            pairs.append((a, b))
+    return pairs
+
+
+def cut(figure):
+    """Texts that stand out of the figure."""
+    width, height = figure.canvas.get_width_height()
+    return [
+        text
+        for text, box in text_boxes(figure)
+        if box.x0 < -1 or box.y0 < -1 or box.x1 > width + 1 or box.y1 > height + 1
+    ]
+
+
+def test_orbit_shows_the_relative_position(kw4_run):
+    ax = kw4_run.plot.orbit(plane="xz", shapes=False)
+    (line,) = ax.lines
+    relative = (kw4_run.position[:, 1] - kw4_run.position[:, 0]).to_value("km")
+    assert np.array_equal(line.get_xdata(), relative[:, 0])
+    assert np.array_equal(line.get_ydata(), relative[:, 2])
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x from Alpha [km]", "z from Alpha [km]")
+    assert ax.get_legend().get_texts()[0].get_text() == "Beta"
+
+
+def test_orbit_outline_is_the_shadow_of_the_body():
+    """An ellipsoid turned by 30 degrees about z: its outline in xy is the ellipse of a and b, turned as much."""
+    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0)
+    probe = fullbody.Body(fullbody.PointMass(), mass=1e-6)
+    turn = np.deg2rad(30.0)
+    state = fullbody.State.from_tait_bryan(
+        position=[[0, 0, 0], [9, 0, 0]], velocity=np.zeros((2, 3)), angles=[[0, 0, turn], [0, 0, 0]]
+    )
+    run = fullbody.System([body, probe], G=1e-12).integrate(state, 0.001, output=[0.0])
+    ax = run.plot.orbit()
+    edge = ax.patches[0].get_xy() @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    assert np.allclose((edge[:, 0] / 3.0) ** 2 + (edge[:, 1] / 2.0) ** 2, 1.0, atol=1e-9)
+
+
+def test_orbit_of_three_is_about_the_body_asked_for(triple_run):
+    ax = triple_run.plot.orbit(primary=2, shapes=False)
+    assert [line.get_label() for line in ax.lines] == ["big", "body 1"]
+    assert np.array_equal(ax.lines[1].get_xdata(), (triple_run.position[:, 1] - triple_run.position[:, 2])[:, 0])
+    assert ax.get_xlabel() == "x from a name as l… [system units]"
+
+
+def test_elements_are_the_runs(kw4_run):
+    axes = kw4_run.plot.elements()
+    values = kw4_run.elements()
+    assert axes.shape == (3, 2)
+    assert np.array_equal(axes.flat[0].lines[0].get_ydata(), values.a.to_value("km"))
+    assert np.array_equal(axes.flat[1].lines[0].get_ydata(), values.e)
+    for ax, name in zip(list(axes.flat)[2:], ("i", "Omega", "omega", "M"), strict=True):
+        assert np.array_equal(drawn(ax.lines[0]), np.rad2deg(getattr(values, name).to_value("rad"))), name
+    labels = [ax.get_ylabel() for ax in axes.flat]
+    assert labels == ["$a$ [km]", "$e$", "$i$ [deg]", r"$\Omega$ [deg]", r"$\omega$ [deg]", "$M$ [deg]"]
+    assert axes[2, 0].get_xlabel() == "time [h]"
+
+
+def test_angles_do_not_stroke_across_a_turn(kw4_run):
+    line = kw4_run.plot.elements()[2, 0].lines[0]
+    steps = np.abs(np.diff(line.get_ydata()))
+    assert np.nanmax(steps) < 180.0
+    assert np.isnan(steps).any()
+
+
+def test_spins_in_both_frames(kw4_run):
+    axes = kw4_run.plot.spins()
+    assert len(axes) == 2
+    for body, ax in enumerate(axes):
+        assert len(ax.lines) == 3
+        for component, line in enumerate(ax.lines):
+            assert np.array_equal(line.get_xdata(), kw4_run.time.value)
+            assert np.array_equal(line.get_ydata(), kw4_run.spin.value[:, body, component])
+        assert ax.get_ylabel() == "spin [rad h⁻¹]"
+    turned = kw4_run.plot.spins(frame="inertial")[0].lines
+    expected = kw4_run[7].rotation_matrix[0] @ kw4_run.spin.value[7, 0]
+    assert np.allclose([line.get_ydata()[7] for line in turned], expected, rtol=0, atol=1e-15)
+
+
+def test_some_bodies_only(triple_run):
+    _, ax = plt.subplots()
+    triple_run.plot.spins(axes=ax, bodies=[1])
+    assert ax.get_title(loc="left") == "body 1, body frame"
+    assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
+    assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 2)
+    with pytest.raises(fullbody.InvalidInput, match="one of bodies is 3; expected a body's place, 0 to 2"):
+        triple_run.plot.spins(bodies=[3])
+    with pytest.raises(fullbody.InvalidInput, match="bodies is empty"):
+        triple_run.plot.angles(bodies=[])
+
+
+def test_angles_are_the_states_tait_bryan_angles(case1_run):
+    axes = case1_run.plot.angles()
+    expected = np.rad2deg([state.tait_bryan for state in case1_run])
+    assert axes.shape == (2, 2)
+    for body in range(2):
+        shown = [*axes[body, 0].lines, *axes[body, 1].lines]
+        for column, line in enumerate(shown):
+            assert np.array_equal(drawn(line), expected[:, body, column])
+
+
+def test_energy_shows_both_drifts(kw4_run):
+    ax = kw4_run.plot.energy()
+    drifts = (kw4_run.energy_drift, kw4_run.energy_drift_orbital, kw4_run.angular_momentum_drift)
+    for line, drift in zip(ax.lines, drifts, strict=True):
+        size = np.abs(drift)
+        assert np.array_equal(drawn(line), size[size > 0])
+        assert size[size > 0].size > 10
+    assert [line.get_label() for line in ax.lines] == ["energy / total", "energy / orbital", "angular momentum"]
+    assert ax.get_yscale() == "log"
+    assert ax.get_ylim()[1] > np.max(drifts)
+
+
+def test_scene_draws_the_ellipsoid_where_it_is(kw4_run):
+    ax = kw4_run.plot.scene(20.1)
+    assert ax.get_title() == "time 20 h"
+    index = 40
+    state = kw4_run[index]
+    masses = kw4_run.system.masses.value
+    centre = state.position.value - masses @ state.position.value / masses.sum()
+    surface = np.concatenate(ax.collections[1]._faces)
+    body = (surface - centre[1]) @ state.rotation_matrix[1]
+    assert np.allclose(np.sum((body / np.array([0.285, 0.2315, 0.1745])) ** 2, axis=1), 1.0, atol=1e-9)
+    x, y, z = ax.lines[-1].get_data_3d()
+    ends = (np.stack([x, y, z], axis=1) - centre[1]) @ state.rotation_matrix[1]
+    assert np.allclose(ends[:, :2], 0.0, atol=1e-12)
+    assert ends[0, 2] == pytest.approx(0.1745)
+
+
+def test_scene_has_equal_scales(kw4_run):
+    ax = kw4_run.plot.scene()
+    spans = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim()), np.ptp(ax.get_zlim())])
+    assert np.allclose(spans / ax._box_aspect, spans[0] / ax._box_aspect[0])
+
+
+@pytest.mark.parametrize("which", ["kw4_run", "case1_run", "triple_run"])
+def test_summary_is_whole_and_legible(which, request, tmp_path):
+    run = request.getfixturevalue(which)
+    figure = run.plot()
+    assert len(figure.axes) == 4 + 3 * len(run.system) + 1
+    assert overlapping(figure) == []
+    assert cut(figure) == []
+    figure.savefig(tmp_path / "page.png")
+    assert (tmp_path / "page.png").stat().st_size > 20_000
+
+
+def test_the_checks_of_legibility_see_faults(kw4_run):
+    ax = kw4_run.plot.energy()
+    ax.text(0.0, 1.0, "covers the legend and leaves the page " * 4, transform=ax.transAxes, in_layout=False)
+    assert overlapping(ax.figure)
+    assert cut(ax.figure)
+
+
+@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "energy"])
+@pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
+def test_single_plots_are_legible_and_labelled(name, which, request):
+    made = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
+    figure = made.flat[0].figure
+    assert overlapping(figure) == []
+    assert cut(figure) == []
+    for ax in made.flat:
+        assert ax.get_ylabel()
+    assert made.flat[-1].get_xlabel()
+
+
+@pytest.mark.parametrize("which", ["kw4_run", "case1_run", "triple_run"])
+def test_scenes_are_legible(which, request):
+    ax = request.getfixturevalue(which).plot.scene()
+    assert cut(ax.figure) == []
+    assert overlapping(ax.figure) == []
+    assert ax.get_zlabel().startswith("z [")
+
+
+def test_lines_differ_in_grey(kw4_run):
+    """Each line of a panel has dashes of its own."""
+    for ax in (*kw4_run.plot.spins(), kw4_run.plot.energy()):
+        dashes = {str(line._unscaled_dash_pattern) for line in ax.lines}
+        assert len(dashes) == len(ax.lines) == 3
+
+
+def test_given_axes_are_used_and_returned(kw4_run, triple_run):
+    _, ax = plt.subplots()
+    assert kw4_run.plot.orbit(ax=ax, color="red", linewidth=3) is ax
+    assert ax.lines[0].get_color() == "red"
+    assert ax.lines[0].get_linewidth() == 3
+    assert kw4_run.plot.energy(ax=plt.figure().add_subplot(), lw=2).lines[0].get_linewidth() == 2
+    _, axes = plt.subplots(3, 2)
+    assert kw4_run.plot.elements(axes=axes) is axes
+    assert axes[0, 0].lines
+    _, axes = plt.subplots(3)
+    assert triple_run.plot.spins(axes=axes) is axes
+    _, axes = plt.subplots(2, 2)
+    assert kw4_run.plot.angles(axes=axes) is axes
+    ax = plt.figure().add_subplot(projection="3d")
+    assert kw4_run.plot.scene(ax=ax, alpha=0.5) is ax
+    figure = plt.figure(figsize=(12, 10), layout="constrained")
+    assert kw4_run.plot(figure) is figure
+
+
+@pytest.mark.parametrize("first", ["points", "ellipsoids"])
+def test_two_runs_fit_on_the_same_axes(kw4_run, first):
+    """Elements of points are level; beside them those of ellipsoids are all in view, whichever is drawn first."""
+    points = kw4_run.system.with_options(gravity="point").integrate(kw4_run[0], 50.0, output=0.5)
+    runs = [points, kw4_run] if first == "points" else [kw4_run, points]
+    axes = runs[0].plot.elements()
+    runs[1].plot.elements(axes=axes)
+    e = kw4_run.elements().e
+    low, high = axes[0, 1].get_ylim()
+    assert low <= e.min() < e.max() <= high < 2 * e.max()
+    ax = runs[1].plot.energy(ax=runs[0].plot.energy())
+    assert ax.get_ylim()[1] > max(run.energy_drift_orbital.max() for run in runs)
+
+
+def test_angles_do_not_stroke_across_the_pole(triple_run):
+    """A sphere that turns about y: phi and psi flip by half a turn where theta passes 90 degrees."""
+    axes = triple_run.plot.angles(bodies=[1])
+    phi, theta = axes[0, 0].lines
+    assert np.nanmax(np.abs(np.diff(phi.get_ydata()))) < 1.0
+    assert np.isnan(phi.get_ydata()).sum() == 2
+    assert np.nanmax(theta.get_ydata()) > 80.0
+
+
+def test_level_curves_are_shown_as_level(case1_run):
+    """Case 1 stays in its plane: the inclination's ticks do not count digits of 180 degrees."""
+    low, high = case1_run.plot.elements()[1, 0].get_ylim()
+    assert high - low > 1.0
+
+
+def test_bad_requests_are_named(kw4_run):
+    with pytest.raises(fullbody.InvalidInput, match="plane is 'ab'; expected one of"):
+        kw4_run.plot.orbit(plane="ab")
+    with pytest.raises(fullbody.InvalidInput, match="primary is 2; expected a body's place, 0 to 1"):
+        kw4_run.plot.orbit(primary=2)
+    with pytest.raises(fullbody.InvalidInput, match="axes has 3 axes; expected 2"):
+        kw4_run.plot.spins(axes=plt.subplots(3)[1])
+    with pytest.raises(fullbody.InvalidInput, match="frame is 'sky'"):
+        kw4_run.plot.spins(frame="sky")
+    with pytest.raises(fullbody.InvalidInput, match="time has the unit km"):
+        kw4_run.plot.scene(kw4_run.position[0, 0, 0])
+
+
+def test_a_single_sample_can_be_drawn(kw4_run):
+    run = kw4_run.system.integrate(kw4_run[0], 1.0, output=[0.0])
+    figure = run.plot()
+    figure.draw_without_rendering()

@@ -1,0 +1,175 @@
+"""``system.toml``: what a person writes is what is built, and faults name file, key and expectation."""
+
+import re
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.toml_setup import __doc__ as MANUAL
+
+KW4 = """
+[system]
+units = ["km", "hour", "kg"]
+G = 8.64960768e-13
+gravity = "surface"
+gravity_tolerance = 1e-13
+
+[[body]]
+name = "Alpha"
+semi_axes = [0.766, "747.5 m", 0.6735]
+mass = "2.353e12 kg"
+angles = ["3.2 deg", 0, 0]
+spin = [0, 0, 2.2728]
+
+[[body]]
+name = "Beta"
+semi_axes = [0.285, 0.2315, 0.1745]
+mass = 0.135e12
+orbit = { about = "Alpha", a = 2.548, e = 0.0004, i = "156.1 deg", Omega = "105.4 deg", omega = "319.7 deg", M = 0 }
+spin = [0, 0, 0.3611]
+
+[integrator]
+rtol = 1e-12
+
+[run]
+until = "1 day"
+output = "30 min"
+"""
+PAIR = """
+[system]
+G = 1.0
+[[body]]
+radius = 1.0
+mass = 1.0
+[[body]]
+point = true
+mass = 1e-3
+position = [3, 0, 0]
+velocity = [0, 0.6, 0]
+[run]
+until = 2.0
+"""
+
+
+def read(tmp_path, text):
+    path = tmp_path / "system.toml"
+    path.write_text(text)
+    return fullbody.read_toml(path)
+
+
+def test_kw4_is_the_ready_made_one(tmp_path):
+    setup = read(tmp_path, KW4)
+    system, state = fullbody.systems.kw4_ho2021(units=True)
+    assert [body.shape.semi_axes for body in setup.system.bodies] == [b.shape.semi_axes for b in system.bodies]
+    assert np.array_equal(setup.system.masses, system.masses)
+    assert setup.system.options["gravity"] == "surface"
+    assert setup.system.options["gravity_tolerance"] == 1e-13
+    for name in ("position", "velocity", "spin"):
+        ours, theirs = getattr(setup.state, name), getattr(state, name)
+        assert ours.unit == theirs.unit
+        assert np.allclose(ours.value, theirs.value, rtol=1e-9, atol=0), name
+    assert np.allclose(setup.state.attitude, state.attitude, rtol=0, atol=1e-15)
+    assert setup.integrator == fullbody.Verner98(rtol=1e-12)
+    assert setup.until.to_value("hour") == 24.0
+    assert setup.output.to_value("hour") == 0.5
+    assert setup.file == tmp_path / "system.nc"
+
+
+def test_run_is_the_systems_run(tmp_path):
+    setup = read(tmp_path, KW4)
+    run = setup.run(until=3.0)
+    assert run == setup.system.integrate(setup.state, 3.0, output=0.5, integrator=setup.integrator)
+    assert len(run) == 7
+
+
+def test_the_manuals_example_runs(tmp_path):
+    """Also: the barycentre rests at the origin."""
+    block = MANUAL.split(".. code-block:: toml")[1]
+    setup = read(tmp_path, "\n".join(line[4:] for line in block.splitlines()))
+    masses = setup.system.masses.value
+    assert np.allclose(masses @ setup.state.position.value, 0.0, atol=1e-3)
+    assert np.allclose(masses @ setup.state.velocity.value, 0.0, atol=1e-3)
+    assert setup.state.position.value[1, 0] - setup.state.position.value[0, 0] == pytest.approx(2.548 * (1 - 0.0004))
+    assert len(setup.run(until=2.0)) == 3
+
+
+def test_without_units_numbers_stay_numbers(tmp_path):
+    setup = read(tmp_path, PAIR)
+    assert setup.until == 2.0
+    assert setup.output is None
+    assert setup.system == fullbody.System(
+        [fullbody.Body(fullbody.Sphere(1.0), mass=1.0), fullbody.Body(fullbody.PointMass(), mass=1e-3)], G=1.0
+    )
+    assert np.array_equal(setup.state.position, [[0, 0, 0], [3, 0, 0]])
+    assert np.array_equal(setup.state.velocity, [[0, 0, 0], [0, 0.6, 0]])
+
+
+def test_rates_periods_times_and_starts(tmp_path):
+    text = KW4.replace("spin = [0, 0, 2.2728]", 'rotation_period = "2.7645 hour"')
+    text = text.replace("spin = [0, 0, 0.3611]", 'spin = [0, 0, "496 deg / day"]')
+    text = text.replace('output = "30 min"', 'output = [1, "90 min", 2.5]\nstart = "30 min"\nfile = "out/kw4.nc"')
+    setup = read(tmp_path, text)
+    assert setup.state.spin.value[0, 2] == pytest.approx(2 * np.pi / 2.7645, rel=1e-15)
+    assert setup.state.spin.value[1, 2] == pytest.approx(np.deg2rad(496) / 24, rel=1e-15)
+    assert setup.state.time.value == 0.5
+    assert np.array_equal(setup.output.value, [1.0, 1.5, 2.5])
+    assert setup.file == tmp_path / "out" / "kw4.nc"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("mass = 0.135e12", "mass = -1.0", r"body\[1\]\.mass: .*expected a finite number above zero"),
+        ("mass = 0.135e12", "", r"body\[1\]: Beta is given neither mass nor density; expected one of the two"),
+        ("mass = 0.135e12", 'mass = "3 km"', r"body\[1\]\.mass: .*unit km; expected a unit such as kg"),
+        ("mass = 0.135e12", 'mass = "heavy"', r"body\[1\]\.mass: is 'heavy'; expected a number with a unit"),
+        ("mass = 0.135e12", "mass = true", r"body\[1\]\.mass: is True; expected a number, or text with a unit"),
+        ("mass = 0.135e12", "mass = nan", r"body\[1\]\.mass: is nan; expected a finite number"),
+        ("mass = 0.135e12", "maas = 1.0", r"body\[1\]\.maas: is no key .* did you mean 'mass'\?"),
+        ("[0.285, 0.2315, 0.1745]", "[0.285, 0.2315]", r"body\[1\]\.semi_axes: is .* expected 3 numbers"),
+        ("[0.285, 0.2315, 0.1745]", "[0.285, 0.2315, 0]", r"body\[1\]\.semi_axes: semi-axis c is 0.0"),
+        ("semi_axes = [0.285, 0.2315, 0.1745]", "", r"body\[1\]: has none of semi_axes, radius, point"),
+        ("spin = [0, 0, 0.3611]", "spinn = [0, 0, 1]", r"body\[1\]\.spinn: is no key .* did you mean 'spin'\?"),
+        ("spin = [0, 0, 0.3611]", "spin = 0.3", r"body\[1\]\.spin: is 0.3; expected 3 numbers"),
+        ("spin = [0, 0, 0.3611]", 'rotation_period = "0 h"', r"body\[1\]\.rotation_period: is 0"),
+        ("spin = [0, 0, 0.3611]", "position = [1, 0, 0]", r"body\[1\]: has position and orbit; expected an orbit, or"),
+        ("spin = [0, 0, 0.3611]", "attitude = [0, 0, 0, 0]", r"body\[1\]\.attitude: is zero; expected a quaternion"),
+        ('about = "Alpha"', 'about = "Gamma"', r"body\[1\]\.orbit\.about: is 'Gamma'; .* above this one: Alpha"),
+        ("e = 0.0004", "e = 1.0", r"body\[1\]\.orbit: .*e"),
+        ("e = 0.0004, ", "", r"body\[1\]\.orbit\.e: is missing; expected a number"),
+        ('i = "156.1 deg"', 'i = "156.1 km"', r"body\[1\]\.orbit\.i: .*unit km; expected a unit such as rad"),
+        ('"kg"]', '"km"]', r"system\.units: units has 'km'; expected a unit of mass"),
+        ('["km", "hour", "kg"]', '"SI"', r"system\.units: is 'SI'; expected three texts"),
+        ('gravity = "surface"', 'gravity = "sponge"', r"system: .*sponge"),
+        ('gravity = "surface"', "order = [1.5, 2]", r"system: an option of the system has the wrong type"),
+        ("rtol = 1e-12", "rtol = 2.0", r"integrator: rtol is 2.0; expected a number from 0 to below 1"),
+        ("rtol = 1e-12", "rtoll = 1.0", r"integrator\.rtoll: is no key .* did you mean 'rtol'\?"),
+        ("rtol = 1e-12", 'name = "Euler"', r"integrator\.name: is 'Euler'; expected one of 'Verner98'"),
+        ('until = "1 day"', "", r"run\.until: is missing; expected a number, or text with a unit"),
+        ('until = "1 day"', 'until = "1 km"', r"run\.until: .*unit km; expected a unit such as h"),
+        ("[run]", "[runn]", r"runn: is no key of this table; did you mean 'run'\?"),
+        ("[run]", "[extra]\n[run]", r"extra: is no key of this table"),
+        ("[run]", '[run]\norigin = "sun"', r"run\.origin: is 'sun'; expected one of 'given', 'barycentre'"),
+        ("[run]", "[run", r"not valid TOML: .*line 25"),
+        ('output = "30 min"', 'output = "fast"', r"run\.output: is 'fast'; expected a number with a unit"),
+    ],
+)
+def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
+    assert old in KW4
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        read(tmp_path, KW4.replace(old, new, 1))
+    text = str(caught.value)
+    assert text.startswith(f"{tmp_path / 'system.toml'}: ")
+    assert text.count("system.toml") == 1
+    assert re.search(message, text), text
+
+
+def test_units_in_a_system_without_any_are_refused(tmp_path):
+    with pytest.raises(fullbody.InvalidInput, match=r"body\[0\]\.radius: .*the system has no units"):
+        read(tmp_path, PAIR.replace("radius = 1.0", 'radius = "1 km"'))
+    with pytest.raises(fullbody.InvalidInput, match=r"system: G is not given"):
+        read(tmp_path, PAIR.replace("G = 1.0", ""))
+    with pytest.raises(fullbody.InvalidInput, match=r"body\[1\]: has no position and no orbit"):
+        read(tmp_path, PAIR.replace("position = [3, 0, 0]", ""))
+    with pytest.raises(FileNotFoundError):
+        fullbody.read_toml(tmp_path / "nothing.toml")
