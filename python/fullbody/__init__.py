@@ -11,7 +11,7 @@ Examples
 
 from importlib.metadata import version as _version
 
-from . import frames, observables, systems
+from . import events, frames, observables, systems
 from ._core import vector_paths
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
@@ -25,11 +25,19 @@ from .errors import (
     NotConverged,
     StepSizeTooSmall,
 )
-from .integrators import Verner98
+from .integrators import (
+    DormandPrince54,
+    LieGroupVariational,
+    SymplecticSplitting,
+    Verner65,
+    Verner76,
+    Verner87,
+    Verner98,
+)
 from .io import load
 from .pair import Component, binary
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
-from .run import Run, Statistics
+from .run import Dense, Run, Samples, Statistics
 from .simulation import Simulation
 from .state import State
 from .system import Energy, Interactions, System
@@ -42,6 +50,8 @@ __all__ = [
     "Body",
     "ChartSingularity",
     "Component",
+    "Dense",
+    "DormandPrince54",
     "Ellipsoid",
     "Energy",
     "FullbodyError",
@@ -50,19 +60,26 @@ __all__ = [
     "Interrupted",
     "InvalidInput",
     "KeplerElements",
+    "LieGroupVariational",
     "NotConverged",
     "PointMass",
     "Run",
+    "Samples",
     "Setup",
     "Simulation",
     "Sphere",
     "State",
     "Statistics",
     "StepSizeTooSmall",
+    "SymplecticSplitting",
     "System",
+    "Verner65",
+    "Verner76",
+    "Verner87",
     "Verner98",
     "__version__",
     "binary",
+    "events",
     "frames",
     "from_rebound",
     "load",

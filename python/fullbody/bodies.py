@@ -98,6 +98,10 @@ class PointMass:
         return None
 
 
+#: The shapes by name.
+SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
+
+
 class Body:
     """A shape with a mass.
 

@@ -11,7 +11,6 @@ from .errors import InvalidInput
 
 __all__ = [
     "DormandPrince54",
-    "Integrator",
     "LieGroupVariational",
     "SymplecticSplitting",
     "Verner65",
@@ -21,13 +20,31 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True)
 class Integrator:
     """Base of all integrators."""
+
+    __slots__ = ()
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
         """Name, rtol, atol, step, scheme for the core; ``strip`` turns a time into the system's units."""
         raise NotImplementedError
+
+    def _describe(self, strip: Any) -> dict[str, Any]:
+        """Name and settings in numbers."""
+        name, rtol, atol, step, scheme = self._arguments(strip)
+        if isinstance(self, _Adaptive):
+            return {"name": name, "rtol": rtol, "atol": atol}
+        return {"name": name, "step": step, **({"scheme": scheme} if scheme else {})}
+
+
+def rebuild(described: dict[str, Any]) -> Integrator:
+    """The integrator of a description."""
+    settings = dict(described)
+    name = settings.pop("name")
+    if name not in __all__:
+        raise InvalidInput(f"integrator is {name!r}; expected one of {', '.join(__all__)}")
+    integrator: Integrator = globals()[name](**settings)
+    return integrator
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +201,11 @@ class SymplecticSplitting(Integrator):
 
     step: Any
     scheme: Literal["ABA864", "ABA1064", "leapfrog"] = "ABA864"
+
+    def __post_init__(self) -> None:
+        schemes = ("ABA864", "ABA1064", "leapfrog")
+        if self.scheme not in schemes:
+            raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
         return (type(self).__name__, 0.0, 0.0, strip(self.step), self.scheme)

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from ._files import replacing
-from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .errors import InvalidInput
-from .integrators import Verner98
+from .integrators import Integrator, rebuild
 from .run import Run, Statistics
 from .system import System
 
@@ -31,7 +30,6 @@ _COORDINATES = {
     "part": ["total", "translational", "rotational", "potential"],
 }
 _FORMAT = 1
-_SHAPES = {"Ellipsoid": Ellipsoid, "Sphere": Sphere, "PointMass": PointMass}
 
 
 def to_xarray(run: Run) -> Any:
@@ -147,16 +145,14 @@ def _run(dataset: Any) -> Run:
     return Run(system, record, counts, integrator)
 
 
-def _describe(system: System, integrator: Verner98) -> dict[str, Any]:
+def _describe(system: System, integrator: Integrator) -> dict[str, Any]:
     """The set-up as JSON; floats keep all their digits there."""
-    settings = {"name": type(integrator).__name__, "rtol": integrator.rtol, "atol": integrator.atol}
-    return {**system._describe(), "integrator": settings}
+
+    def strip(step: Any) -> float:
+        return float(system._units.strip(step, "time", "step"))
+
+    return {**system._describe(), "integrator": integrator._describe(strip)}
 
 
-def _restore(setup: dict[str, Any]) -> tuple[System, Verner98]:
-    units = None if setup["units"] is None else tuple(setup["units"])
-    bodies = [Body(_SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in setup["bodies"]]
-    options = dict(setup["options"])
-    options["order"] = None if options["order"] is None else tuple(options["order"])
-    system = System(bodies, setup["G"], units=units, **options)
-    return system, Verner98(setup["integrator"]["rtol"], setup["integrator"]["atol"])
+def _restore(setup: dict[str, Any]) -> tuple[System, Integrator]:
+    return System._rebuild(setup), rebuild(setup["integrator"])

@@ -12,17 +12,18 @@ import numpy.typing as npt
 from . import _core
 from .elements import KeplerElements
 from .errors import InvalidInput
-from .integrators import Verner98
+from .integrators import Integrator
 from .state import State
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from .events import Occurrence
     from .plots import Plots
     from .system import System
     from .view import View
 
-__all__ = ["Run", "Statistics"]
+__all__ = ["Dense", "Run", "Samples", "Statistics"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +41,75 @@ class Statistics:
     evaluations: int
 
 
+class Dense:
+    """A run as a function of time.
+
+    Attributes
+    ----------
+    range : tuple
+        First and last time, in the direction of the run.
+    """
+
+    def __init__(self, system: System, core: _core.Dense) -> None:
+        self._system = system
+        self._core = core
+
+    @property
+    def range(self) -> tuple[Any, Any]:
+        """First and last time, in the direction of the run."""
+        start, end = self._core.range
+        return (self._system._units.attach(start, "time"), self._system._units.attach(end, "time"))
+
+    def __call__(self, time: Any) -> State | Samples:
+        """The state at a time of the run, or the states at many.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (K,)
+            Within the run, in any order.
+
+        Returns
+        -------
+        State or Samples
+        """
+        units = self._system._units
+        values = units.strip(time, "time", "time")
+        if values.ndim == 0:
+            return State._wrap(self._core.state(float(values)), units)
+        if values.ndim != 1:
+            raise InvalidInput(f"time has shape {values.shape}; expected a number or (K,)")
+        arrays = self._core.states(values)
+        return Samples(
+            units.attach(values, "time"),
+            units.attach(arrays["position"], "length"),
+            units.attach(arrays["velocity"], "velocity"),
+            arrays["attitude"],
+            units.attach(arrays["spin"], "spin"),
+        )
+
+    def __repr__(self) -> str:
+        start, end = self.range
+        return f"Dense(from {start} to {end}, {self._core.bytes / 1e6:.1f} MB)"
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """States of a run at asked-for times.
+
+    Attributes
+    ----------
+    time : ndarray or Quantity, (K,)
+    position, velocity, spin : ndarray or Quantity, (K, N, 3)
+    attitude : ndarray, (K, N, 4)
+    """
+
+    time: Any
+    position: Any
+    velocity: Any
+    attitude: Any
+    spin: Any
+
+
 class Run:
     """What an integration recorded; K samples of N bodies.
 
@@ -50,7 +120,13 @@ class Run:
     ----------
     system : System
     statistics : Statistics
-    integrator : Verner98
+    integrator : Integrator
+    events : list of Occurrence
+        What was watched for and happened, in order of the run.
+    stop_reason : str
+        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (an error).
+    dense : Dense or None
+        The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     """
 
     def __init__(
@@ -58,11 +134,14 @@ class Run:
         system: System,
         record: dict[str, npt.NDArray[np.float64]],
         statistics: Statistics,
-        integrator: Verner98,
+        integrator: Integrator,
     ) -> None:
         self.system = system
         self.statistics = statistics
         self.integrator = integrator
+        self.events: list[Occurrence] = []
+        self.stop_reason = "end"
+        self.dense: Dense | None = None
         self._record = record
         for values in record.values():
             values.flags.writeable = False
@@ -190,6 +269,29 @@ class Run:
         return KeplerElements._trusted(
             [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)]
         )
+
+    def __call__(self, time: Any) -> State | Samples:
+        """The state at any time of a run with ``dense=True``; see :class:`Dense`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (K,)
+
+        Returns
+        -------
+        State or Samples
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=10.0, dense=True)
+        >>> run(3.7).position.shape, run([1.0, 2.0]).position.shape
+        ((2, 3), (2, 2, 3))
+        """
+        if self.dense is None:
+            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
+        return self.dense(time)
 
     def __len__(self) -> int:
         return len(self._record["time"])

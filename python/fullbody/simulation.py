@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import os
-import uuid
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -13,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._files import replacing
 from ._units import Units, scalar
 from .errors import FullbodyError, Interrupted, InvalidInput
 from .events import Event, Occurrence
-from .integrators import Integrator, Verner98
+from .integrators import Integrator, Verner98, rebuild
 from .run import Dense, Run, Statistics
 from .state import State
 from .system import System
@@ -167,14 +166,14 @@ class Simulation:
         with _Bar(progress) as report:
             record, error = self._core.integrate(end, spacing, times, described, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
+        happened, solution, (reason, _) = (record.pop(name) for name in ("events", "dense", "stop_reason"))
         run = Run(self._system, record, counts, self._integrator)
         run.events = [
             Occurrence(watched[index], units.attach(time, "time"), State._wrap(state, units))
-            for index, time, state in record.pop("events")
+            for index, time, state in happened
         ]
-        solution = record.pop("dense")
         run.dense = None if solution is None else Dense(self._system, solution)
-        run.stop_reason = record.pop("stop_reason")[0]
+        run.stop_reason = reason
         if error is None:
             return run
         if isinstance(error, KeyboardInterrupt):
@@ -222,7 +221,7 @@ class Simulation:
     def _to_bytes(self, core: bytes) -> bytes:
         # The core's archive is checked by itself; the line before it holds what only this package knows.
         system = self._system
-        head = {"system": system._describe(), "integrator": _describe_integrator(self._integrator, self._time_of_step)}
+        head = {"system": system._describe(), "integrator": self._integrator._describe(self._time_of_step)}
         return _MAGIC + json.dumps(head).encode() + b"\n" + core
 
     @classmethod
@@ -232,7 +231,7 @@ class Simulation:
         head, found, core = data[len(_MAGIC) :].partition(b"\n")
         try:
             described = json.loads(head)
-            system, integrator = System._rebuild(described["system"]), _rebuild_integrator(described["integrator"])
+            system, integrator = System._rebuild(described["system"]), rebuild(described["integrator"])
         except (ValueError, KeyError, TypeError) as error:
             raise InvalidInput(f"its first lines are damaged: {error}") from error
         if not found:
@@ -243,13 +242,8 @@ class Simulation:
         return sim
 
     def _write(self, path: Path, core: bytes) -> None:
-        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
-        try:
+        with replacing(path) as temporary:
             temporary.write_bytes(self._to_bytes(core))
-            os.replace(temporary, path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
 
     def __deepcopy__(self, memo: Any) -> Simulation:
         return Simulation._from_bytes(self._to_bytes(self._core.to_bytes()))
@@ -287,23 +281,6 @@ def _events(events: Iterable[Event]) -> list[Event]:
         if not isinstance(event, Event):
             raise InvalidInput(f"events has {event!r}; expected fullbody.events")
     return watched
-
-
-def _describe_integrator(integrator: Integrator, strip: Any) -> dict[str, Any]:
-    name, rtol, atol, step, scheme = integrator._arguments(strip)
-    settings: dict[str, Any] = {"rtol": rtol, "atol": atol} if hasattr(integrator, "rtol") else {"step": step}
-    return {"name": name, **settings, **({"scheme": scheme} if scheme else {})}
-
-
-def _rebuild_integrator(described: dict[str, Any]) -> Integrator:
-    from . import integrators
-
-    settings = dict(described)
-    name = settings.pop("name")
-    if name not in integrators.__all__:
-        raise InvalidInput(f"integrator is {name!r}; expected one of fullbody's")
-    integrator: Integrator = getattr(integrators, name)(**settings)
-    return integrator
 
 
 class _Bar:

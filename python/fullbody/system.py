@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _core, _epoch
 from ._units import Units, scalar
-from .bodies import Body
+from .bodies import SHAPES, Body
 from .errors import FullbodyError, InvalidInput
-from .integrators import Verner98
+from .events import Event
+from .integrators import Integrator
 from .state import State
 
 if TYPE_CHECKING:
@@ -289,8 +290,11 @@ class System:
         state: State,
         until: Any,
         output: Any = None,
-        integrator: Verner98 | None = None,
+        integrator: Integrator | None = None,
+        events: Iterable[Event] = (),
+        dense: bool = False,
         progress: Any = False,
+        autosave: tuple[Any, float] | None = None,
     ) -> Run:
         """Run from a state to a time.
 
@@ -302,9 +306,16 @@ class System:
         output : None, float, Quantity or array_like
             ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
             times.
-        integrator : Verner98, optional
+        integrator : Integrator, optional
+            :class:`fullbody.Verner98` unless given.
+        events : iterable of Event
+            What to watch for, from :mod:`fullbody.events`; a terminal one ends the run.
+        dense : bool
+            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
         progress : bool, str or callable
             ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+        autosave : (path, seconds), optional
+            Writes the simulation to a file every so many seconds; :meth:`fullbody.Simulation.load` goes on from it.
 
         Returns
         -------
@@ -327,7 +338,8 @@ class System:
         """
         from .simulation import Simulation
 
-        return Simulation(self, state, integrator=integrator).integrate(until, output=output, progress=progress)
+        sim = Simulation(self, state, integrator=integrator)
+        return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
 
     def _strip(self, state: State) -> _core.State:
         if not isinstance(state, State):
@@ -371,8 +383,17 @@ class System:
         return f"System({list(self.names)}, G={self._G!r}, gravity={self._options['gravity']!r}{units})"
 
     def __reduce__(self) -> Any:
-        return (_rebuild, (self._bodies, self._G, self._units.names, self._options))
+        return (_assemble, (self._bodies, self._G, self._units.names, self._options))
+
+    @classmethod
+    def _rebuild(cls, described: dict[str, Any]) -> System:
+        """The system of a description, which may come from a file."""
+        units = None if described["units"] is None else tuple(described["units"])
+        bodies = [Body(SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in described["bodies"]]
+        options = dict(described["options"])
+        options["order"] = None if options["order"] is None else tuple(options["order"])
+        return cls(bodies, described["G"], units=units, **options)
 
 
-def _rebuild(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> System:
+def _assemble(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> System:
     return System(bodies, G, units=units, **options)

@@ -18,7 +18,10 @@ mp.mp.dps = 40
 
 def kappa_of(axes, x):
     """Largest root of sum x_i^2/(a_i^2+kappa) = 1, bracketed from the pole of the smallest axis."""
-    f = lambda k: mp.fsum(xi**2 / (ai**2 + k) for ai, xi in zip(axes, x)) - 1
+
+    def f(k):
+        return mp.fsum(xi**2 / (ai**2 + k) for ai, xi in zip(axes, x, strict=False)) - 1
+
     high = mp.fsum(xi**2 for xi in x)
     low = -mp.mpf("1e-3") * min(axes) ** 2
     for _ in range(400):
@@ -37,16 +40,23 @@ def exterior(axes, x):
     def integral(f):
         # v = 1/t; the remaining scales are those of the axes
         largest = mp.sqrt(max(shifted)) if max(shifted) > 0 else mp.mpf(0)
-        cuts = [mp.mpf(0)] + sorted({1 / start} | {1 / (start + largest * mp.mpf(10) ** -k) for k in range(0, 4)})
+        cuts = [mp.mpf(0), *sorted({1 / start} | {1 / (start + largest * mp.mpf(10) ** (-k)) for k in range(0, 4)})]
         return mp.quad(lambda t: f(1 / t) / t**2, cuts)
 
     smallest = axes.index(c)
     rest = [s for i, s in enumerate(shifted) if i != smallest]
-    weight = lambda v: 2 / mp.sqrt((v * v + rest[0]) * (v * v + rest[1]))
+
+    def weight(v):
+        return 2 / mp.sqrt((v * v + rest[0]) * (v * v + rest[1]))
+
     potential = (
-        mp.mpf(3) / 4 * integral(lambda v: weight(v) * (1 - mp.fsum(xi**2 / (v * v + s) for xi, s in zip(x, shifted))))
+        mp.mpf(3)
+        / 4
+        * integral(lambda v: weight(v) * (1 - mp.fsum(xi**2 / (v * v + s) for xi, s in zip(x, shifted, strict=False))))
     )
-    field = [-mp.mpf(3) / 2 * xi * integral(lambda v: weight(v) / (v * v + s)) for xi, s in zip(x, shifted)]
+    field = [
+        -mp.mpf(3) / 2 * xi * integral(lambda v: weight(v) / (v * v + s)) for xi, s in zip(x, shifted, strict=False)
+    ]
     return kappa, potential, field
 
 
@@ -59,7 +69,7 @@ def volume_potential(axes, x, n=40):
     w = (3 * wr * radius**2)[:, None, None] * (wt / 2)[None, :, None] / (2 * n)
     s = np.sqrt(1 - z**2)
     y = [r * s * np.cos(al) * axes[0], r * s * np.sin(al) * axes[1], r * z * axes[2]]
-    return float(np.sum(w / np.sqrt(sum((xi - yi) ** 2 for xi, yi in zip(x, y)))))
+    return float(np.sum(w / np.sqrt(sum((xi - yi) ** 2 for xi, yi in zip(x, y, strict=False)))))
 
 
 def on_surface(axes, theta, alpha):
