@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from . import integrators
 from ._files import replacing
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .errors import InvalidInput
-from .integrators import Verner98
 from .run import Run, Statistics
 from .system import System
 
@@ -147,16 +148,26 @@ def _run(dataset: Any) -> Run:
     return Run(system, record, counts, integrator)
 
 
-def _describe(system: System, integrator: Verner98) -> dict[str, Any]:
+def _describe(system: System, integrator: Any) -> dict[str, Any]:
     """The set-up as JSON; floats keep all their digits there."""
-    settings = {"name": type(integrator).__name__, "rtol": integrator.rtol, "atol": integrator.atol}
+    settings: dict[str, Any] = {"name": type(integrator).__name__}
+    for setting in fields(integrator):
+        value = getattr(integrator, setting.name)
+        # The step of a fixed-step method is the one setting that has a unit.
+        settings[setting.name] = float(system._units.strip(value, "time", "step")) if setting.name == "step" else value
     return {**system._describe(), "integrator": settings}
 
 
-def _restore(setup: dict[str, Any]) -> tuple[System, Verner98]:
+def _restore(setup: dict[str, Any]) -> tuple[System, Any]:
     units = None if setup["units"] is None else tuple(setup["units"])
     bodies = [Body(_SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in setup["bodies"]]
     options = dict(setup["options"])
     options["order"] = None if options["order"] is None else tuple(options["order"])
     system = System(bodies, setup["G"], units=units, **options)
-    return system, Verner98(setup["integrator"]["rtol"], setup["integrator"]["atol"])
+    settings = dict(setup["integrator"])
+    kind = getattr(integrators, name := settings.pop("name"), None)
+    if name not in integrators.__all__ or kind is None:
+        raise InvalidInput(f"its integrator {name!r} is not known here")
+    if "step" in settings:
+        settings["step"] = system._units.attach(settings["step"], "time")
+    return system, kind(**settings)
