@@ -9,7 +9,7 @@ Examples
 (18,)
 """
 
-from importlib.metadata import version as _version
+from typing import TYPE_CHECKING
 
 from . import events, frames, observables, systems
 from ._core import vector_paths
@@ -43,7 +43,18 @@ from .state import State
 from .system import Energy, Interactions, System
 from .toml_setup import Setup, read_toml
 
-__version__ = _version("fullbody")
+if TYPE_CHECKING:
+    __version__: str
+else:
+
+    def __getattr__(name):
+        # The package's metadata takes a third of the import's time, and few ask for it.
+        if name == "__version__":
+            from importlib.metadata import version
+
+            return version("fullbody")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 __all__ = [
     "BodiesOverlap",

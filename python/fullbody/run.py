@@ -124,7 +124,8 @@ class Run:
     events : list of Occurrence
         What was watched for and happened, in order of the run.
     stop_reason : str
-        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (an error).
+        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
+        error).
     dense : Dense or None
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     """

@@ -40,7 +40,7 @@ from __future__ import annotations
 import difflib
 import inspect
 import tomllib
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,7 +79,8 @@ class Setup:
         The file it was read from.
     system : System
     state : State
-    integrator : Verner98
+    integrator
+        An integrator with its settings.
     until : float or Quantity
     output : None, float, ndarray or Quantity
     file : Path
@@ -138,7 +139,7 @@ def read_toml(path: Any) -> Setup:
     system_table, run_table = top.table("system"), top.table("run").only(*_RUN)
     units = Units(_units(system_table))
     rows = [_body(table, units) for table in top.tables("body")]
-    integrator = _integrator(top.table("integrator", required=False))
+    integrator = _integrator(top.table("integrator", required=False), units)
     with system_table.naming(""):
         system = _system(system_table, units, [body for body, _ in rows])
     state = _state(run_table, system, units, [start for _, start in rows])
@@ -296,12 +297,22 @@ def _body(table: _Table, units: Units) -> tuple[Body, _Table]:
         return Body(shape, name=name, **values), table
 
 
-def _integrator(table: _Table) -> Any:
-    names = [name for name in integrators.__all__ if inspect.isclass(getattr(integrators, name))]
-    # The default of System.integrate comes first.
-    kind = getattr(integrators, table.choice("name", ("Verner98", *(n for n in names if n != "Verner98"))))
-    settings = {key: table.content[key] for key in inspect.signature(kind).parameters if key in table}
-    table.only("name", *inspect.signature(kind).parameters)
+def _integrator(table: _Table, units: Units) -> Any:
+    kinds: dict[str, Any] = {
+        name: kind for name in integrators.__all__ if is_dataclass(kind := getattr(integrators, name))
+    }
+    # The base of all integrators, if there is one, is none itself; the default of System.integrate comes first.
+    bases = {base for kind in kinds.values() for base in kind.__mro__[1:]}
+    names = sorted((n for n, kind in kinds.items() if kind not in bases), key=lambda name: name != "Verner98")
+    kind = kinds[table.choice("name", tuple(names))]
+    known = fields(kind)
+    table.only("name", *(setting.name for setting in known))
+    settings = {setting.name: table.content[setting.name] for setting in known if setting.name in table}
+    for setting in known:
+        if setting.default is MISSING and setting.name not in table:
+            raise table.fault(setting.name, f"is missing; {kind.__name__} needs it")
+    if "step" in settings:
+        settings["step"] = units.attach(float(table.value("step", "time", units, ())), "time")
     with table.naming(""):
         return kind(**settings)
 

@@ -3,6 +3,10 @@
 import json
 import subprocess
 import sys
+from importlib.metadata import version
+
+import fullbody
+import pytest
 
 HEAVY = ("astropy", "xarray", "pandas", "h5netcdf", "matplotlib", "scipy", "tqdm", "PIL", "rebound")
 
@@ -35,3 +39,9 @@ def test_import_time():
         "print(json.dumps(time.perf_counter() - start))"
     )
     assert min(python(code) for _ in range(5)) < 0.2
+
+
+def test_version_is_the_packages():
+    assert fullbody.__version__ == version("fullbody")
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        fullbody.nonsense  # noqa: B018
