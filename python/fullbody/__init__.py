@@ -23,6 +23,7 @@ from .errors import (
     Interrupted,
     InvalidInput,
     NotConverged,
+    PrecisionWarning,
     StepSizeTooSmall,
 )
 from .integrators import (
@@ -74,6 +75,7 @@ __all__ = [
     "LieGroupVariational",
     "NotConverged",
     "PointMass",
+    "PrecisionWarning",
     "Run",
     "Samples",
     "Setup",

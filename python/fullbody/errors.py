@@ -15,6 +15,7 @@ __all__ = [
     "Interrupted",
     "InvalidInput",
     "NotConverged",
+    "PrecisionWarning",
     "StepSizeTooSmall",
 ]
 
@@ -99,6 +100,10 @@ class ChartSingularity(FullbodyError, RuntimeError):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class PrecisionWarning(UserWarning):
+    """A tolerance below what doubles can do, which is raised to that."""
 
 
 class Interrupted(KeyboardInterrupt):

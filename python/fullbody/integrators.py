@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from . import _core
-from .errors import InvalidInput
+from .errors import InvalidInput, PrecisionWarning
 
 __all__ = [
     "DormandPrince54",
@@ -75,7 +75,7 @@ class _Adaptive(Integrator):
         floor = _core.tolerance_floor()
         if self.rtol + self.atol < floor:
             text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {floor:g}"
-            warnings.warn(text, stacklevel=3)
+            warnings.warn(text, PrecisionWarning, stacklevel=3)
             object.__setattr__(self, "rtol", floor - self.atol)
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:

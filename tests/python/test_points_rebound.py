@@ -44,7 +44,8 @@ def system_of(kind, masses, **options):
 SETTINGS = {
     "default": (1e-13, 4e-9, 1e-11),
     "tight": (1e-14, 5e-10, 1e-12),
-    "tightest": (1e-15, 1e-11, 5e-14),
+    # Round-off by now: 1.2e-11 seen, and it grows with the orbits.
+    "tightest": (1e-15, 3e-11, 5e-14),
 }
 
 
