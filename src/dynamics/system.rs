@@ -115,6 +115,11 @@ impl System {
         &self.settings
     }
 
+    /// The instructions of the hot loops.
+    pub fn arch(&self) -> Arch {
+        self.arch
+    }
+
     /// Where the numbers of this system's states lie in the integrator's vector.
     pub fn layout(&self) -> Layout {
         Layout { bodies: self.bodies.len(), chart: self.settings.attitude_chart }

@@ -5,12 +5,19 @@ use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Result};
 use crate::math::compensated::{Compensated, two_sum};
+use crate::math::lanes::{Term, WeightedRows, stride};
+use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
 /// What an integrator needs to know of its equations.
 pub trait Equations {
     /// Length of the vector.
     fn dimension(&self) -> usize;
+
+    /// The instructions to sum stages with.
+    fn arch(&self) -> Arch {
+        Arch::default()
+    }
 
     /// Called between steps, before a step of size `step` from an accepted vector. May allocate.
     fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()>;
@@ -53,6 +60,8 @@ pub struct Stepper {
     stages: Vec<f64>,
     /// Whether stage 0 holds the rate at the present vector.
     fresh: bool,
+    /// The non-zero weights of every stage, and at the end those of the solution.
+    terms: Vec<Vec<Term>>,
     trial: Vec<f64>,
     /// What the coefficients' low parts add to it.
     tail: Vec<f64>,
@@ -101,10 +110,11 @@ impl Stepper {
             next: 0.0,
             controller: Controller::new(),
             statistics: Statistics::default(),
-            stages: vec![0.0; all_stages * dimension],
+            terms: terms(tableau),
+            stages: vec![0.0; all_stages * stride(dimension)],
             fresh: false,
-            trial: vec![0.0; dimension],
-            tail: vec![0.0; dimension],
+            trial: vec![0.0; stride(dimension)],
+            tail: vec![0.0; stride(dimension)],
             last: Segment::new(dimension, tableau.interpolant.terms()),
             known: 0,
             formed: false,
@@ -213,7 +223,7 @@ impl Stepper {
             let dimension = self.high.len();
             self.last.coefficients.fill(0.0);
             for (stage, weights) in self.tableau.interpolant.weights.iter().enumerate() {
-                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
+                let rates = &self.stages[stage * stride(dimension)..][..dimension];
                 for (&weight, row) in weights.iter().zip(self.last.coefficients.chunks_exact_mut(dimension)) {
                     if weight != 0.0 {
                         row.iter_mut().zip(rates).for_each(|(c, k)| *c += weight * k);
@@ -229,14 +239,16 @@ impl Stepper {
         let dimension = self.high.len();
         while self.known < self.tableau.a.len() {
             let stage = self.known;
-            self.fill_trial(stage, self.last.size);
+            self.fill_trial(equations.arch(), stage, self.last.size);
             let time = self.last.start() + self.tableau.c[stage] * self.last.size;
-            let rates = &mut self.stages[stage * dimension..(stage + 1) * dimension];
+            let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            equations.derivative(time, &self.trial, rates).map_err(|reason| Error::StepSizeTooSmall {
-                time,
-                step: self.last.size,
-                reason: format!("{reason}, while interpolating"),
+            equations.derivative(time, &self.trial[..dimension], rates).map_err(|reason| {
+                Error::StepSizeTooSmall {
+                    time,
+                    step: self.last.size,
+                    reason: format!("{reason}, while interpolating"),
+                }
             })?;
             self.known += 1;
         }
@@ -280,10 +292,10 @@ impl Stepper {
         let first = usize::from(self.fresh);
         self.known = first;
         for stage in first..self.tableau.stages {
-            self.fill_trial(stage, size);
-            let rates = &mut self.stages[stage * dimension..(stage + 1) * dimension];
+            self.fill_trial(equations.arch(), stage, size);
+            let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            equations.derivative(time + self.tableau.c[stage] * size, &self.trial, rates)?;
+            equations.derivative(time + self.tableau.c[stage] * size, &self.trial[..dimension], rates)?;
             self.fresh = true;
             self.known = stage + 1;
         }
@@ -291,28 +303,31 @@ impl Stepper {
         for (stage, (b, b_hat)) in self.tableau.b.iter().zip(self.tableau.b_hat).enumerate() {
             let weight = size * (b - b_hat);
             if weight != 0.0 {
-                let rates = &self.stages[stage * dimension..(stage + 1) * dimension];
+                let rates = &self.stages[stage * stride(dimension)..][..dimension];
                 self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += weight * k);
             }
         }
-        let error = equations.norm(&self.high, &self.trial, &self.tolerance);
+        let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
         if error.is_finite() { Ok(error) } else { Err("the error estimate is not finite") }
     }
 
     /// y + size sum_j a_ij k_j.
-    fn fill_trial(&mut self, stage: usize, size: f64) {
-        combine(self.tableau.a[stage], &self.stages, &mut self.trial);
-        let low: &[f64] = self.tableau.a_low.get(stage).map_or(&[], |row| row);
-        combine(low, &self.stages, &mut self.tail);
+    fn fill_trial(&mut self, arch: Arch, stage: usize, size: f64) {
+        self.combine(arch, stage);
         let vector = self.last.high.iter().zip(&self.last.low);
         for ((t, tail), (high, low)) in self.trial.iter_mut().zip(&self.tail).zip(vector) {
             *t = high + ((low + size * tail) + size * *t);
         }
     }
 
+    /// Sums of the rates by a row of `terms`, and by the weights' low parts, into `trial` and `tail`.
+    fn combine(&mut self, arch: Arch, row: usize) {
+        let (terms, rows) = (&self.terms[row], &self.stages);
+        arch.dispatch(WeightedRows { terms, rows, out: &mut self.trial, tail: &mut self.tail });
+    }
+
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
-        combine(self.tableau.b, &self.stages, &mut self.trial);
-        combine(self.tableau.b_low, &self.stages, &mut self.tail);
+        self.combine(equations.arch(), self.tableau.a.len());
         let vector = self.high.iter_mut().zip(self.low.iter_mut());
         for ((increment, tail), (high, low)) in self.trial.iter().zip(&self.tail).zip(vector) {
             let (sum, error) = two_sum(*high, size * increment);
@@ -338,7 +353,8 @@ impl Stepper {
         equations.prepare(time, &self.high, 0.0)?;
         let failed = |reason: &str| Error::StepSizeTooSmall { time, step: 0.0, reason: reason.to_owned() };
         let unit = Tolerance { relative: 1.0, absolute: 0.0 };
-        let (first, rest) = self.stages.split_at_mut(dimension);
+        let (first, rest) = self.stages.split_at_mut(stride(dimension));
+        let first = &mut first[..dimension];
         equations.derivative(time, &self.high, first).map_err(failed)?;
         self.statistics.evaluations += 2;
         // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
@@ -349,7 +365,8 @@ impl Stepper {
             *t = y + direction * guess * k;
         }
         let second = &mut rest[..dimension];
-        let curvature = match equations.derivative(time + direction * guess, &self.trial, second) {
+        let curvature = match equations.derivative(time + direction * guess, &self.trial[..dimension], second)
+        {
             Err(_) => f64::INFINITY,
             Ok(()) => {
                 second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
@@ -365,13 +382,13 @@ impl Stepper {
     }
 }
 
-/// sum_j w_j k_j over the rates of the first stages.
-#[inline]
-fn combine(weights: &[f64], stages: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    for (&weight, rates) in weights.iter().zip(stages.chunks_exact(out.len())) {
-        if weight != 0.0 {
-            out.iter_mut().zip(rates).for_each(|(o, k)| *o += weight * k);
-        }
-    }
+fn terms(tableau: &Tableau) -> Vec<Vec<Term>> {
+    let nonzero = |weights: &[f64], low: &[f64]| {
+        let term =
+            |(row, &weight): (usize, &f64)| Term { row, weight, low: low.get(row).copied().unwrap_or(0.0) };
+        weights.iter().enumerate().map(term).filter(|term| term.weight != 0.0).collect()
+    };
+    let low = |stage: usize| tableau.a_low.get(stage).copied().unwrap_or(&[]);
+    let stages = tableau.a.iter().enumerate().map(|(stage, row)| nonzero(row, low(stage)));
+    stages.chain([nonzero(tableau.b, tableau.b_low)]).collect()
 }

@@ -5,7 +5,7 @@
 //! [`VectorPath::Portable`] gives the same bits on every machine: one lane, no fused operations.
 
 use super::Vec3;
-use pulp::{Arch, Simd};
+use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The longest block that any path works on, in doubles; node lists are padded to a multiple of it.
@@ -225,4 +225,60 @@ pub fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
 #[inline(always)]
 pub fn total_vector<S: Simd>(v: [Total<S>; 3]) -> Vec3 {
     Vec3::new(v[0].value(), v[1].value(), v[2].value())
+}
+
+/// Registers of a row that are summed side by side.
+const COLUMNS: usize = 4;
+
+/// Length of rows that can be summed in whole groups of registers on every path.
+pub fn stride(length: usize) -> usize {
+    length.next_multiple_of(8 * COLUMNS)
+}
+
+/// A term of a weighted sum of rows.
+#[derive(Debug, Clone, Copy)]
+pub struct Term {
+    /// The row.
+    pub row: usize,
+    /// Its weight.
+    pub weight: f64,
+    /// What rounding dropped of the weight.
+    pub low: f64,
+}
+
+/// Weighted sums of rows: `out` by the weights, `tail` by their low parts.
+pub struct WeightedRows<'a> {
+    /// What is summed.
+    pub terms: &'a [Term],
+    /// Rows, one after the other, each of the length of `out`, a [`stride`].
+    pub rows: &'a [f64],
+    /// Sum by the weights.
+    pub out: &'a mut [f64],
+    /// Sum by the low parts.
+    pub tail: &'a mut [f64],
+}
+
+impl WithSimd for WeightedRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
+        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
+        let tail = S::as_mut_simd_f64s(self.tail).0.as_chunks_mut::<COLUMNS>().0;
+        let width = out.len();
+        for (column, (out, tail)) in out.iter_mut().zip(tail).enumerate() {
+            let zero = simd.splat_f64s(0.0);
+            let (mut sum, mut rest) = ([zero; COLUMNS], [zero; COLUMNS]);
+            for term in self.terms {
+                let (weight, low) = (simd.splat_f64s(term.weight), simd.splat_f64s(term.low));
+                let values = &rows[term.row * width + column];
+                for k in 0..COLUMNS {
+                    sum[k] = simd.mul_add_e_f64s(weight, values[k], sum[k]);
+                    rest[k] = simd.mul_add_e_f64s(low, values[k], rest[k]);
+                }
+            }
+            (*out, *tail) = (sum, rest);
+        }
+    }
 }

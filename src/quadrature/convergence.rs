@@ -59,7 +59,7 @@ pub fn surface_degree(
     other_focal: f64,
     tolerance: f64,
 ) -> Option<usize> {
-    degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance, 0.0)
+    degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance, 0.0, 2)
 }
 
 /// The degree to which the focal rule has to be exact, or `None` for bodies too close for the bound; see
@@ -70,14 +70,15 @@ pub fn focal_degree(ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64, tole
     let v = (centre.z.abs() - other_focal).max(0.0) / p;
     let beyond = h * h - v * v - 1.0;
     let sinh = if beyond > 0.0 { v.hypot(beyond / (2.0 * h)) } else { v };
-    degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0)
+    degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0, 1)
 }
 
-/// The smallest degree L with L^-power rate^-L below the tolerance, and two more for the torque, which is smaller than
-/// lever times force.
-fn degree_for(rate: f64, tolerance: f64, power: f64) -> Option<usize> {
+/// The smallest degree L with L^-power rate^-L below the tolerance, and some more for the torque, which is smaller than
+/// lever times force by about the rate.
+fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
     let plain = -tolerance.ln() / rate.ln();
-    (rate >= SLOWEST_RATE).then(|| (plain - power * plain.ln_1p() / rate.ln()).ceil().max(0.0) as usize + 2)
+    (rate >= SLOWEST_RATE)
+        .then(|| (plain - power * plain.ln_1p() / rate.ln()).ceil().max(0.0) as usize + more)
 }
 
 /// A first guess for close bodies: the degree by the ratio of the conformal radii of two confocal ellipses.

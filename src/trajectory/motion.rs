@@ -3,6 +3,7 @@
 use crate::dynamics::{Dynamics, Splitting};
 use crate::error::Result;
 use crate::integrate::{Equations, Flows, Tolerance};
+use pulp::Arch;
 
 /// The equations, and what errors are measured against.
 #[derive(Debug, Clone)]
@@ -24,6 +25,10 @@ impl Motion {
 impl Equations for Motion {
     fn dimension(&self) -> usize {
         self.equations.layout().dimension()
+    }
+
+    fn arch(&self) -> Arch {
+        self.equations.system().arch()
     }
 
     fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
