@@ -67,7 +67,7 @@ class System:
         ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
         ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
     gravity_tolerance : float
-        Of the quadrature, relative to the force.
+        Of the quadrature, relative to the force; torques are good to about ten times that of their own size.
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass), optional
