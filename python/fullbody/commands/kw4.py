@@ -180,7 +180,7 @@ def table(numbers: dict[str, dict[str, Numbers]], until: float) -> str:
         for name, text in (("a_min", "smallest"), ("a_max", "largest"), ("a_mean", "mean")):
             said = f"{getattr(printed, name):.4f}"
             row(f"{text} semi-major axis [km]", said, [f"{getattr(n, name):.4f}" for n in columns])
-        row("mean period [h]", f"{printed.period:.4f}", [f"{n.period:.4f}" for n in columns])
+        row("mean period [h] *", f"{printed.period:.4f}", [f"{n.period:.4f}" for n in columns])
         ours = [f"{n.inclination_period:.0f}" for n in columns]
         row("between maxima of the inclination [h] *", f"~{printed.inclination_period:.0f}", ours)
         for axis, (low, high) in paper.KW4_SPIN.items() if shape == "ellipsoid" else ():

@@ -55,6 +55,18 @@ def kw4_ho2021(
     system : System
     state : State
 
+    Notes
+    -----
+    One year from this start gives the paper's ranges and means of the semi-major axis and its largest eccentricities,
+    to the digits printed and for both shapes (``fullbody kw4``). Three things it prints do not follow from it; the two
+    exact methods of gravity agree with each other on all of them:
+
+    - the range of Beta's spin over the first 200 hours: z in [9.55, 11.16]e-5 rad/s in print, [9.05, 10.69]e-5 here;
+      x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here;
+    - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4250 and 3740 h here;
+    - the last digit of the mean period: 17.4116 and 17.4177 h in print, 17.4115 and 17.4176 h here. Kepler's third law
+      for the mean semi-major axis gives the printed digits with G = 6.674e-11 in place of 6.67408e-11, for both shapes.
+
     References
     ----------
     Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35. Ostro et al. (2006), Science 314, 1276.
