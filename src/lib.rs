@@ -1,6 +1,18 @@
 //! `fullbody`: rigid ellipsoids moving and turning in each other's exact gravity.
 //!
-//! The rooms, in the direction in which data flows; each uses only those above it.
+//! The rooms, in the direction in which data flows; each uses only those above it:
+//!
+//! - [`error`]: what can go wrong, with body, time and value.
+//! - [`math`]: Carlson's integrals, rotations, exact sums, lanes.
+//! - [`shape`]: ellipsoids and points: volume, inertia, overlap.
+//! - [`gravity`]: exterior potential and field of one body.
+//! - [`quadrature`]: surface and focal rule, and how many nodes reach a tolerance.
+//! - [`mutual`]: force, torques and energy of a pair, by method.
+//! - [`orbit`]: Kepler elements to and from Cartesian.
+//! - [`dynamics`]: state, equations of motion, invariants.
+//! - [`integrate`]: integrators of ordinary differential equations; no physics.
+//! - [`trajectory`]: a system on its way: stepping, events, archive, record.
+//! - `py`: the Python bindings, no mathematics.
 
 pub mod error;
 pub mod math;
