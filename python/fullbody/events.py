@@ -7,6 +7,8 @@ found; a function that oscillates within an eighth of a step can still be missed
 
 from __future__ import annotations
 
+import operator
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -43,7 +45,7 @@ class Event:
     terminal: bool = False
 
     def __post_init__(self) -> None:
-        if self.direction not in (-1, 0, 1):
+        if _integer(self.direction) not in (-1, 0, 1):
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
 
     def _describe(self, units: Units) -> dict[str, Any]:
@@ -55,7 +57,7 @@ class Event:
             "value": 0.0,
             "normal": (0.0, 0.0, 1.0),
             "function": None,
-            "direction": self.direction,
+            "direction": _integer(self.direction),
             "terminal": bool(self.terminal),
         }
 
@@ -248,7 +250,16 @@ class Occurrence:
     state: State
 
 
+def _integer(value: Any) -> int | None:
+    """A whole number of Python or numpy, or ``None``."""
+    try:
+        return None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        return None
+
+
 def _place(index: object, name: str) -> int:
-    if isinstance(index, bool) or not isinstance(index, int) or index < 0:
+    place = _integer(index)
+    if place is None or not 0 <= place < sys.maxsize:
         raise InvalidInput(f"{name} is {index!r}; expected the place of a body, 0 or above")
-    return index
+    return place

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -76,7 +77,9 @@ class _Adaptive(Integrator):
         if self.rtol + self.atol < floor:
             text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {floor:g}"
             warnings.warn(text, PrecisionWarning, stacklevel=3)
-            object.__setattr__(self, "rtol", floor - self.atol)
+            rtol = floor - self.atol
+            # Rounded up, lest the settings warn again when they are read from a file.
+            object.__setattr__(self, "rtol", rtol if rtol + self.atol >= floor else math.nextafter(rtol, 1.0))
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
         return (type(self).__name__, self.rtol, self.atol, 0.0, "")

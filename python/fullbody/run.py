@@ -113,7 +113,7 @@ class Samples:
 class Run:
     """What an integration recorded; K samples of N bodies.
 
-    ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run`.
+    ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run` (its statistics and events are the whole run's).
     Arrays are read-only views; Quantities where the system has units.
 
     Attributes
@@ -304,7 +304,9 @@ class Run:
     def __getitem__(self, index: int | slice) -> State | Run:
         if isinstance(index, slice):
             record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
-            return Run(self.system, record, self.statistics, self.integrator)
+            run = Run(self.system, record, self.statistics, self.integrator)
+            run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
+            return run
         r = self._record
         core = _core.State(
             float(r["time"][index]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -120,10 +121,12 @@ class Simulation:
         return self._core.time_evaluation(number, repeats)
 
     def step(self, until: Any = float("inf")) -> None:
-        """Take one accepted step towards a time, never beyond it."""
+        """Take one accepted step towards a time, never beyond it; none where it is the present one."""
         end = scalar(self._system._units.strip(until, "time", "until"), "until")
         if np.isnan(end):
             raise InvalidInput(f"until is {until!r}; expected a number")
+        if end == self._core.time:
+            return
         # Far, but finite, so that differences of times stay numbers.
         self._core.step(float(np.clip(end, -1e300, 1e300)))
 
@@ -160,8 +163,8 @@ class Simulation:
         described = [event._describe(units) for event in watched]
         keep = None
         if autosave is not None:
-            path, seconds = autosave
-            keep = (float(seconds), lambda data: self._write(Path(path), data))
+            path, seconds = _autosave(autosave)
+            keep = (seconds, lambda data: self._write(path, data))
         before = self._core.statistics
         with _Bar(progress) as report:
             record, error = self._core.integrate(end, spacing, times, described, bool(dense), report, keep)
@@ -219,23 +222,27 @@ class Simulation:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
     def _to_bytes(self, core: bytes) -> bytes:
-        # The core's archive is checked by itself; the line before it holds what only this package knows.
+        # The core's archive has a checksum of its own; the line before it is what this package knows, with its own.
         system = self._system
         head = {"system": system._describe(), "integrator": self._integrator._describe(self._time_of_step)}
-        return _MAGIC + json.dumps(head).encode() + b"\n" + core
+        line = json.dumps(head).encode()
+        return _MAGIC + b"%08x " % zlib.crc32(line) + line + b"\n" + core
 
     @classmethod
     def _from_bytes(cls, data: bytes) -> Simulation:
         if not data.startswith(_MAGIC):
             raise InvalidInput("it does not begin like one")
-        head, found, core = data[len(_MAGIC) :].partition(b"\n")
+        line, found, core = data[len(_MAGIC) :].partition(b"\n")
+        if not found:
+            raise InvalidInput("it is truncated within its first lines")
+        checksum, _, head = line.partition(b" ")
+        if checksum != b"%08x" % zlib.crc32(head):
+            raise InvalidInput("its first lines have been altered: their checksum does not fit")
         try:
             described = json.loads(head)
             system, integrator = System._rebuild(described["system"]), rebuild(described["integrator"])
         except (ValueError, KeyError, TypeError) as error:
             raise InvalidInput(f"its first lines are damaged: {error}") from error
-        if not found:
-            raise InvalidInput("it is truncated after its first lines")
         sim = cls.__new__(cls)
         sim._system, sim._integrator = system, integrator
         sim._core = _core.Simulation.from_bytes(core)
@@ -270,6 +277,20 @@ def _output(output: Any, units: Units) -> tuple[float | None, Any]:
     if not values > 0.0:
         raise InvalidInput(f"output is {output!r}; expected a spacing above zero, or times")
     return float(values), None
+
+
+def _autosave(autosave: Any) -> tuple[Path, float]:
+    """Where to write and how often, refused before the run starts."""
+    try:
+        where, every = autosave
+        path, seconds = Path(where), float(every)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"autosave is {autosave!r}; expected (path, seconds)") from error
+    if not 0.0 <= seconds < 1e9:
+        raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"no folder {path.parent} to write {path.name} in")
+    return path, seconds
 
 
 def _events(events: Iterable[Event]) -> list[Event]:

@@ -1,0 +1,352 @@
+"""The stepping object: steps, copies and archives that go on bit for bit, autosave."""
+
+import copy
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import integrators
+from support import points
+
+KW4 = fullbody.systems.kw4_ho2021()
+CASE1 = fullbody.systems.case1()
+
+FIXED = [fullbody.LieGroupVariational(0.1)]
+FIXED += [fullbody.SymplecticSplitting(0.25, scheme) for scheme in ("leapfrog", "ABA864", "ABA1064")]
+ADAPTIVE = [
+    getattr(integrators, name)(1e-11, 1e-12)
+    for name in integrators.__all__
+    if issubclass(getattr(integrators, name), integrators._Adaptive)
+]
+# The symplectic methods turn bodies on the rotation group and refuse the angles.
+EACH = [(one, "quaternion") for one in ADAPTIVE + FIXED] + [(one, "tait_bryan") for one in ADAPTIVE]
+each = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda one: str(one).replace(" ", ""))
+
+
+def begun(integrator, chart, system=KW4):
+    """A simulation some steps on its way, past a change of its quadrature if there is one."""
+    system, state = system
+    sim = fullbody.Simulation(system.with_options(attitude_chart=chart), state, integrator)
+    sim.integrate(7.3, output=[7.3])
+    sim.step()
+    return sim
+
+
+def bits(state):
+    return b"".join(
+        np.float64(getattr(state, n)).tobytes() for n in ("time", "position", "velocity", "attitude", "spin")
+    )
+
+
+def same(one, other):
+    return bits(one.state) == bits(other.state) and one.statistics == other.statistics
+
+
+def go_on(sim):
+    """By steps, a run, back again: all that a simulation can do. The states met on the way."""
+    states = []
+    for _ in range(5):
+        sim.step()
+        states.append(bits(sim.state))
+    run = sim.integrate(21.7)
+    states += [bits(state) for state in run]
+    run = sim.integrate(4.0, output=[15.0, 4.0])
+    states += [bits(state) for state in run]
+    return states
+
+
+@each
+def test_copies_and_files_go_on_bit_for_bit(integrator, chart, tmp_path):
+    sim = begun(integrator, chart)
+    sim.save(tmp_path / "a.sim")
+    loaded = fullbody.Simulation.load(tmp_path / "a.sim")
+    others = [copy.deepcopy(sim), copy.copy(sim), pickle.loads(pickle.dumps(sim)), loaded]
+    others.append(fullbody.Simulation.load(str(tmp_path / "a.sim")))
+    for other in others:
+        assert same(other, sim)
+        assert other.integrator == sim.integrator
+        assert other.system == sim.system
+        assert other.quadrature == sim.quadrature
+        assert other.time == sim.time
+    expected = go_on(sim)
+    for other in others:
+        # Nothing is shared: the copies have not moved with it.
+        assert other.time != sim.time
+        assert go_on(other) == expected
+        assert same(other, sim)
+
+
+def test_files_keep_units_epoch_and_names(tmp_path):
+    from astropy import units as u
+
+    system, state = fullbody.systems.kw4(units=True, epoch="2001-05-25T00:00:00 TDB")
+    sim = fullbody.Simulation(system, state, fullbody.SymplecticSplitting(15 * u.min))
+    sim.integrate(5 * u.h)
+    sim.save(tmp_path / "units.sim")
+    loaded = fullbody.Simulation.load(tmp_path / "units.sim")
+    assert loaded.time == 5 * u.h
+    assert loaded.state == sim.state
+    assert loaded.system.epoch == system.epoch
+    assert loaded.system.names == system.names
+    assert loaded.system.units == ("km", "h", "kg")
+    assert (loaded.integrate(10 * u.h).position == sim.integrate(10 * u.h).position).all()
+
+
+def test_steps():
+    system, state = CASE1
+    sim = fullbody.Simulation(system, state)
+    for count in range(1, 6):
+        before = sim.time
+        sim.step()
+        assert sim.time > before
+        assert sim.statistics.steps == count
+    # Never beyond, in either direction; none where there is no way to go.
+    target = sim.time + 1e-3
+    sim.step(target)
+    assert sim.time == target
+    before = bits(sim.state)
+    sim.step(target)
+    assert bits(sim.state) == before
+    sim.step(-np.inf)
+    assert sim.time < target
+    for until in (np.nan, "later", [1.0, 2.0]):
+        with pytest.raises(fullbody.InvalidInput, match=r"until (is|has) .*expected"):
+            sim.step(until)
+
+
+def test_again_and_again():
+    """Pieces in either direction: each begins where the last ended, errors stay those of the tolerance."""
+    system, state = CASE1
+    sim = fullbody.Simulation(system, state)
+    for until in (5.0, 12.0, 3.0, -8.0, -8.0, 0.0):
+        before = bits(sim.state)
+        run = sim.integrate(until)
+        assert bits(run[0]) == before
+        assert run.time[-1] == sim.time == until
+        assert bits(run[-1]) == bits(sim.state)
+        assert run.statistics.steps == len(run) - 1
+    assert np.abs(sim.state.position - state.position).max() < 1e-12
+
+
+@pytest.mark.parametrize("integrator", ADAPTIVE + FIXED, ids=lambda one: str(one).replace(" ", ""))
+def test_setting_the_state_starts_anew(integrator):
+    system, state = CASE1
+    sim = fullbody.Simulation(system, state, integrator)
+    sim.integrate(9.0)
+    sim.state = state.replace(time=2.0)
+    assert sim.time == 2.0
+    assert sim.state == state.replace(time=2.0)
+    fresh = fullbody.Simulation(system, state.replace(time=2.0), integrator)
+    ours, theirs = sim.integrate(6.0), fresh.integrate(6.0)
+    assert [bits(s) for s in ours] == [bits(s) for s in theirs]
+    for wrong in (None, 3.0, "rest"):
+        with pytest.raises(fullbody.InvalidInput, match=r"state is .*; expected a State"):
+            sim.state = wrong
+    with pytest.raises(fullbody.InvalidInput, match="number of bodies in the state is 1; expected 2"):
+        sim.state = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
+    with pytest.raises(fullbody.BodiesOverlap):
+        sim.state = state.replace(position=0 * state.position)
+    # Refused, and where it was.
+    assert sim.time == 6.0
+    assert bits(sim.state) == bits(ours[-1])
+
+
+def test_refused_arguments():
+    system, state = CASE1
+    with pytest.raises(fullbody.InvalidInput, match="system is None; expected a System"):
+        fullbody.Simulation(None, state)
+    with pytest.raises(fullbody.InvalidInput, match="state is None; expected a State"):
+        fullbody.Simulation(system, None)
+
+
+def test_statistics_count_from_the_start():
+    sim = fullbody.Simulation(*CASE1)
+    assert sim.statistics.steps == sim.statistics.rejected == 0
+    runs = [sim.integrate(until).statistics for until in (10.0, 20.0, 5.0)]
+    assert sim.statistics.steps == sum(s.steps for s in runs)
+    assert sim.statistics.rejected == sum(s.rejected for s in runs)
+    # One evaluation a step for the variational method, seven for ABA864, and one to begin.
+    sim = fullbody.Simulation(*CASE1, fullbody.LieGroupVariational(0.25))
+    run = sim.integrate(10.0, output=[10.0])
+    assert (run.statistics.steps, run.statistics.rejected) == (40, 0)
+    assert run.statistics.evaluations == 41
+    sim = fullbody.Simulation(*CASE1, fullbody.SymplecticSplitting(0.25))
+    assert sim.integrate(10.0, output=[10.0]).statistics.evaluations == 7 * 40
+
+
+def test_quadrature_is_that_in_force():
+    system, state = KW4
+    sim = fullbody.Simulation(system.with_options(order=(6, 9)), state)
+    (rule,) = sim.quadrature
+    assert rule["pair"] == ("Alpha", "Beta")
+    assert rule["integrated"] in rule["pair"]
+    assert rule["order"] == (6, 9)
+    assert rule["points"] > 0
+    sim = fullbody.Simulation(points(1.0, 1.0), fullbody.State([[0, 0, 0], [1, 0, 0]], np.zeros((2, 3))))
+    assert sim.quadrature == []
+    # Near bodies take more points than far ones.
+    counts = []
+    for distance in (1.5, 2.5, 25.0):
+        away = state.replace(position=[[0, 0, 0], [distance, 0, 0]])
+        counts.append(fullbody.Simulation(system, away).quadrature[0]["points"])
+    assert counts[0] > counts[1] > counts[2]
+
+
+# Files that are not right
+
+
+@pytest.fixture
+def archive(tmp_path):
+    path = tmp_path / "run.sim"
+    begun(fullbody.Verner98(), "quaternion").save(path)
+    return path
+
+
+def refused(path):
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        fullbody.Simulation.load(path)
+    assert str(path) in str(caught.value)
+    return str(caught.value)
+
+
+def test_every_truncation_is_refused(archive):
+    data = archive.read_bytes()
+    for length in range(len(data)):
+        archive.write_bytes(data[:length])
+        refused(archive)
+    archive.write_bytes(data + b"\n")
+    assert "too long" in refused(archive)
+
+
+def test_every_alteration_is_refused(archive):
+    data = archive.read_bytes()
+    for place in range(len(data)):
+        altered = bytearray(data)
+        altered[place] ^= 1 << place % 8
+        archive.write_bytes(altered)
+        refused(archive)
+
+
+def test_a_mass_changed_by_hand_is_refused(archive):
+    data = archive.read_bytes()
+    assert data.count(b"135000000000.0") == 1
+    archive.write_bytes(data.replace(b"135000000000.0", b"136000000000.0"))
+    assert "checksum" in refused(archive)
+
+
+def test_other_files_are_refused(tmp_path):
+    path = tmp_path / "other.sim"
+    for data in (b"", b"CDF\x01", b"fullbody simulation\n", np.random.default_rng(1).bytes(4000)):
+        path.write_bytes(data)
+        refused(path)
+    with pytest.raises(FileNotFoundError):
+        fullbody.Simulation.load(tmp_path / "nothing.sim")
+
+
+def test_a_failed_write_leaves_the_old_file(archive, monkeypatch):
+    old = archive.read_bytes()
+    sim = fullbody.Simulation(*KW4)
+
+    def full(path, data):
+        with open(path, "wb") as file:
+            file.write(data[: len(data) // 2])
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", full)
+        with pytest.raises(OSError, match="No space"):
+            sim.save(archive)
+    assert archive.read_bytes() == old
+    assert os.listdir(archive.parent) == [archive.name]
+    sim.save(archive)
+    assert fullbody.Simulation.load(archive).time == 0.0
+    with pytest.raises(FileNotFoundError, match="no folder"):
+        sim.save(archive.parent / "missing" / "a.sim")
+
+
+# Autosave
+
+LONG = """
+import sys
+import fullbody
+
+sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(vector_path="portable"))
+print("begun", flush=True)
+sim.integrate(1e9, output=[1e9], autosave=(sys.argv[1], 0.05))
+"""
+
+
+def test_a_killed_run_goes_on_from_its_file(tmp_path):
+    path = tmp_path / "auto.sim"
+    process = subprocess.Popen([sys.executable, "-c", LONG, str(path)], stdout=subprocess.PIPE)
+    try:
+        assert process.stdout.readline().strip() == b"begun"
+        deadline = time.monotonic() + 30
+        while not path.exists() and time.monotonic() < deadline and process.poll() is None:
+            time.sleep(0.01)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+    assert process.returncode == -signal.SIGKILL
+    sim = fullbody.Simulation.load(path)
+    assert sim.time > 0.0
+    # The unbroken run comes by the very same state, and goes on as the resumed one does.
+    unbroken = fullbody.Simulation(*fullbody.systems.kw4_ho2021(vector_path="portable"))
+    while unbroken.time < sim.time:
+        unbroken.step(1e9)
+    assert same(unbroken, sim)
+    for _ in range(20):
+        unbroken.step(1e9)
+        sim.step(1e9)
+    assert same(unbroken, sim)
+
+
+def test_autosave_does_not_change_the_run(tmp_path):
+    system, state = KW4
+    plain = system.integrate(state, 2000.0, output=100.0)
+    saved = system.integrate(state, 2000.0, output=100.0, autosave=(tmp_path / "a.sim", 0.0))
+    assert plain == saved
+    assert [path.name for path in tmp_path.iterdir()] in ([], ["a.sim"])
+
+
+def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
+    def full(path, data):
+        raise OSError(28, "No space left on device")
+
+    sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(gravity="surface"))
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", full)
+        with pytest.raises(OSError, match="No space"):
+            sim.integrate(1e9, output=[1e9], autosave=(tmp_path / "a.sim", 0.0))
+    assert list(tmp_path.iterdir()) == []
+    # The simulation is where it stopped, and usable.
+    now = sim.time
+    assert 0.0 < now < 1e9
+    assert sim.integrate(now + 1.0).time[-1] == now + 1.0
+
+
+@pytest.mark.parametrize("seconds", [-1.0, np.nan, np.inf, None, "often"], ids=str)
+def test_refused_autosave(tmp_path, seconds):
+    system, state = CASE1
+    with pytest.raises(fullbody.InvalidInput, match=r"autosave is .*; expected"):
+        system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", seconds))
+    for wrong in ("a.sim", tmp_path / "a.sim", 5.0, (1, 2, 3)):
+        with pytest.raises(fullbody.InvalidInput, match=r"autosave is .*; expected \(path, seconds\)"):
+            system.integrate(state, 1.0, autosave=wrong)
+    # Before the run, not when the first file is due.
+    with pytest.raises(FileNotFoundError, match="no folder"):
+        system.integrate(state, 1.0, autosave=(tmp_path / "missing" / "a.sim", 60.0))
+
+
+def test_repr():
+    sim = fullbody.Simulation(*CASE1, fullbody.SymplecticSplitting(0.25))
+    for word in ("time=0.0", "focal", "SymplecticSplitting(step=0.25, scheme='ABA864')"):
+        assert word in repr(sim)
