@@ -53,10 +53,11 @@ fmt:  ## formats everything
 	$(BIN)/ruff format python tests benches
 	$(BIN)/ruff check --fix python tests benches
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
+	$(BIN)/python benches/work_precision.py
 
 clean:  ## removes what was built
 	rm -rf target $(VENV) out dist

@@ -14,7 +14,7 @@ def code(notebook):
 
 
 def test_there_are_notebooks():
-    assert {"01", "02", "05"} <= {path.name[:2] for path in NOTEBOOKS}
+    assert {"01", "02", "04", "05"} <= {path.name[:2] for path in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
