@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import json
 import zlib
@@ -14,7 +15,7 @@ import numpy as np
 from . import _core
 from ._files import replacing
 from ._units import Units, scalar
-from .errors import FullbodyError, Interrupted, InvalidInput
+from .errors import Interrupted, InvalidInput
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
 from .run import Dense, Run, Statistics
@@ -183,8 +184,9 @@ class Simulation:
             interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
             interrupted.run = run
             raise interrupted from None
-        if isinstance(error, FullbodyError):
-            error.run = run
+        # Nothing is lost: whatever cut the run short carries what there is of it.
+        with contextlib.suppress(AttributeError):
+            error.run = run  # type: ignore[attr-defined]
         raise error
 
     def save(self, path: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -213,9 +214,13 @@ class System:
 
     def _place(self, index: int) -> int:
         """A place in the system, or an error that says how many there are."""
-        if not isinstance(index, int) or not 0 <= index < len(self._bodies):
+        try:
+            place = operator.index(index)
+        except TypeError:
+            place = -1
+        if not 0 <= place < len(self._bodies):
             raise InvalidInput(f"place of a body is {index!r}; expected a whole number below {len(self._bodies)}")
-        return index
+        return place
 
     def with_options(self, **options: Any) -> System:
         """The same bodies and G with other settings.
