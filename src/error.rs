@@ -18,7 +18,9 @@ pub enum Error {
     },
 
     /// Two bodies share interior points: the exterior potential does not hold there.
-    #[error("{first} and {second} overlap at time {time}; their interiors must stay apart")]
+    #[error(
+        "{first} and {second} overlap at time {time}; expected interiors apart (a run can end at the contact: events.Contact, terminal)"
+    )]
     BodiesOverlap {
         /// Name of one body.
         first: String,

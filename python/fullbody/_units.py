@@ -49,6 +49,47 @@ def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
         raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
 
 
+def gathered(value: Any, what: str) -> Any:
+    """A list of Quantities as one Quantity; anything else unchanged. A mixture with plain numbers is refused.
+
+    numpy would take the Quantities' numbers and drop their units.
+    """
+    if not isinstance(value, list | tuple):
+        return value
+    parts = [gathered(part, what) for part in value]
+    with_units = [part for part in parts if is_quantity(part)]
+    if not with_units:
+        return value
+    if len(with_units) < len(parts):
+        raise InvalidInput(f"{what} mixes Quantities and plain numbers; expected one or the other throughout")
+    from astropy import units as u
+
+    try:
+        return u.Quantity(parts)
+    except (u.UnitConversionError, ValueError, TypeError) as error:
+        raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
+
+
+def need(extra: str, what: str) -> Any:
+    """A context in which a missing optional package says which extra has it."""
+    return _Need(extra, what)
+
+
+class _Need:
+    def __init__(self, extra: str, what: str) -> None:
+        self._text = (extra, what)
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, ModuleNotFoundError):
+            extra, what = self._text
+            raise ModuleNotFoundError(
+                f"{what} needs the package {error.name}: pip install 'fullbody[{extra}]'", name=error.name
+            ) from error
+
+
 class Units:
     """Units of length, time and mass of a system, or none (plain numbers).
 
@@ -62,7 +103,8 @@ class Units:
         if names is None:
             self._base: tuple[Any, Any, Any] | None = None
             return
-        from astropy import units as u
+        with need("units", "a system with units"):
+            from astropy import units as u
 
         try:
             length, time, mass = names
@@ -109,6 +151,7 @@ class Units:
 
     def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
         """Numbers in this system's units."""
+        value = gathered(value, what)
         if not is_quantity(value):
             return numbers(value, what)
         from astropy import units as u

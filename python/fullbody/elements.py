@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._units import Units, is_quantity, numbers, scalar, strip_to
+from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput
 
 __all__ = ["KeplerElements"]
@@ -56,9 +56,9 @@ class KeplerElements:
 
     def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any) -> None:
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, gathered(value, name))
         # Any mu will do to have the core check the rest.
-        _core.elements_to_cartesian(self._rows(_length_number(a))[0], 1.0)
+        _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"elements do not change; make new ones with another {name}")
@@ -115,6 +115,7 @@ class KeplerElements:
         >>> fullbody.KeplerElements.from_cartesian([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], mu=1.0).a
         1.0
         """
+        r, v = gathered(r, "r"), gathered(v, "v")
         length, rate = _orbit_units(r, mu)
         if length is not None:
             r = strip_to(r, length, "r")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ._files import replacing
+from ._units import need
 from .errors import InvalidInput
 from .integrators import Integrator, rebuild
 from .run import Run, Statistics
@@ -34,7 +35,8 @@ _FORMAT = 1
 
 def to_xarray(run: Run) -> Any:
     """The run as an ``xarray.Dataset``; see :meth:`fullbody.Run.to_xarray`."""
-    import xarray as xr
+    with need("data", "a run as a dataset"):
+        import xarray as xr
 
     from . import __version__
 
@@ -68,7 +70,8 @@ def to_xarray(run: Run) -> Any:
 
 def to_pandas(run: Run) -> Any:
     """The run as a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
-    import pandas as pd
+    with need("data", "a run as a table"):
+        import pandas as pd
 
     units = run.system._units
     columns, values, named = [], [], {}
@@ -116,7 +119,8 @@ def load(path: Any) -> Run:
     InvalidInput
         For a file that is not a run of this package, or a damaged one.
     """
-    import xarray as xr
+    with need("data", "loading a run"):
+        import xarray as xr
 
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:

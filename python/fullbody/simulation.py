@@ -160,6 +160,8 @@ class Simulation:
         units = self._system._units
         end = scalar(units.strip(until, "time", "until"), "until")
         spacing, times = _output(output, units)
+        if spacing is not None:
+            self._refuse_flood((end - self._core.time) / spacing, output)
         watched = _events(events)
         described = [event._describe(units) for event in watched]
         keep = None
@@ -188,6 +190,16 @@ class Simulation:
         with contextlib.suppress(AttributeError):
             error.run = run  # type: ignore[attr-defined]
         raise error
+
+    def _refuse_flood(self, count: float, output: Any) -> None:
+        """Refuse more samples than a computer holds, rather than have the system end the process."""
+        size = abs(count) * 8.0 * (13 * len(self._system) + 8)
+        most = 2.0**34
+        if size > most:
+            raise InvalidInput(
+                f"output is {output!r}, which asks for {abs(count):.3g} samples ({size / 1e9:.3g} GB); "
+                f"expected a spacing with fewer than {abs(count) * most / size:.3g}"
+            )
 
     def save(self, path: Any) -> None:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.

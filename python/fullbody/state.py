@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._units import Units, is_quantity, numbers, scalar, strip_to
+from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput
 
 __all__ = ["State"]
@@ -28,7 +28,7 @@ class State:
         Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length.
         Without them the body frames are parallel to the inertial one.
     spin : array_like or Quantity, (N, 3), optional
-        Angular velocities in the body frames, radians per unit time; zero if not given.
+        Angular velocities in the body frames, radians per unit time (also where a unit is 1/time); zero if not given.
     time : float or Quantity
         Time in the system's units.
 
@@ -218,6 +218,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     for name, value in values.items():
         if name == "spin" and value is None:
             continue
+        value = gathered(value, name)
         if not is_quantity(value):
             stripped[name] = numbers(value, name)
             continue
@@ -225,6 +226,8 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
         unit = value.unit
         if name == "spin":
+            if u.Hz in unit.bases:
+                raise InvalidInput(f"spin has the unit {unit}, cycles a second; expected an angle by a time")
             # A rate without an angle counts as radians.
             unit = u.rad * unit if unit.is_equivalent(u.s**-1) else unit
         expected = {"time": u.s, "position": u.m, "velocity": u.m / u.s, "spin": u.rad / u.s}[name]

@@ -138,6 +138,11 @@ class System:
         }
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
+        for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
+            if not isinstance(value, str):
+                raise InvalidInput(f"{name} is {value!r}; expected text")
+        if order is not None and not (isinstance(order, tuple | list) and len(order) == 2):
+            raise InvalidInput(f"order is {order!r}; expected (n, m): n Gauss points, m angles")
         core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
         try:
             self._core = _core.System(

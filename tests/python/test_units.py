@@ -205,3 +205,21 @@ def test_both_or_neither_with_elements():
         fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2)
     with pytest.raises(fullbody.InvalidInput, match="both or neither"):
         fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)
+
+
+def test_lists_of_quantities_keep_their_units():
+    r = np.array([1200.0, 0.0, 0.0]) * u.m
+    state = fullbody.State(position=[0 * r, r], velocity=[[0 * u.km / u.h] * 3, [0 * u.m / u.s] * 3])
+    assert state.position[1, 0] == 1.2 * u.km
+    mixed = fullbody.State(position=[[0, 0, 0] * u.km, r], velocity=np.zeros((2, 3)))
+    assert mixed.position[1, 0].to_value(u.m) == pytest.approx(1200.0, rel=1e-15)
+    with pytest.raises(fullbody.InvalidInput, match=r"position mixes Quantities and plain numbers"):
+        fullbody.State(position=[[0, 0, 0], r], velocity=np.zeros((2, 3)))
+    with pytest.raises(fullbody.InvalidInput, match=r"spin has the unit Hz"):
+        fullbody.State(position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), spin=[[0, 0, 1]] * u.Hz)
+
+
+def test_a_flood_of_samples_is_refused():
+    system, state = fullbody.systems.case1()
+    with pytest.raises(fullbody.InvalidInput, match=r"output is 1e-09, which asks for 1e\+09 samples"):
+        system.integrate(state, 1.0, output=1e-9)

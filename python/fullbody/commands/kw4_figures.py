@@ -70,11 +70,12 @@ def beta_spin(runs: dict[str, Run]) -> Any:
         for ax, component in zip(axes, spin.T, strict=True):
             ax.plot(hours[first], component, linewidth=1.0, **_STYLES[shape])
     for ax, (axis, (low, high)) in zip(axes, paper.KW4_SPIN.items(), strict=True):
-        ax.axhspan(low, high, color="0.85", zorder=0, label="range the paper prints")
+        ax.axhspan(low, high, color="0.85", zorder=0, label="range the paper prints (ellipsoids)")
         ax.set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
         ax.margins(x=0)
     axes[0].legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, 1.28), frameon=False)
     axes[-1].set_xlabel("time [h]")
+    figure.suptitle("1999 KW4: Beta's spin in its own frame")
     return figure
 
 
@@ -88,22 +89,26 @@ def errors(runs: dict[str, Run]) -> Any:
         energy = run.energy.value
         colour = _STYLES[shape]["color"]
         step = np.abs(np.diff(energy) / energy[:-1])
-        axes[0].plot(hours[1:], _positive(step), ",", color=colour, alpha=0.4)
+        axes[0].plot(hours[1:], _positive(step), ".", color=colour, alpha=0.3, markersize=1.5)
         axes[0].plot(hours, _positive(np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
     momentum = runs["ellipsoid"].angular_momentum.value
     hours = runs["ellipsoid"].time.to_value(u.hour)
     for k, (axis, colour) in enumerate(_AXES.items()):
         drift = np.abs((momentum[:, k] - momentum[0, k]) / momentum[0, k])
         axes[1].plot(hours, _positive(drift), color=colour, linewidth=0.8, label=f"$J_{axis}$")
-    axes[0].set_ylabel("energy error")
+    axes[0].set_ylabel("relative energy error")
     axes[0].set_title("dots: step to step; lines: from the start, relative to the orbital energy", fontsize="medium")
     for shape in runs:
         axes[0].plot([], [], color=_STYLES[shape]["color"], label=_STYLES[shape]["label"])
-    axes[1].set_ylabel("angular momentum error\nfrom the start")
+    axes[1].set_ylabel("relative error of the angular\nmomentum, from the start")
+    axes[1].set_title("ellipsoids, by component", fontsize="medium")
     for ax in axes:
         ax.set_yscale("log")
         ax.margins(x=0)
-        ax.legend(loc="lower right", ncols=3)
+    # Clear of the curves: below the upper panel, and in the lower one's empty corner.
+    axes[0].legend(loc="upper center", ncols=2, bbox_to_anchor=(0.5, -0.02), frameon=False)
+    axes[1].set_ylim(top=2e-11)
+    axes[1].legend(loc="upper left", ncols=3, frameon=False)
     axes[-1].set_xlabel("time [h]")
     return figure
 
