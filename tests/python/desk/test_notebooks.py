@@ -1,5 +1,6 @@
 """Notebooks run from top to bottom, and are kept with their outputs."""
 
+import itertools
 from pathlib import Path
 
 import nbclient
@@ -13,8 +14,13 @@ def code(notebook):
     return [cell for cell in notebook.cells if cell.cell_type == "code"]
 
 
+def kinds(cell):
+    """Kinds of a cell's outputs; text may come in any number of pieces, as the kernel's buffers fall."""
+    return [kind for kind, _ in itertools.groupby(output.output_type for output in cell.outputs)]
+
+
 def test_there_are_notebooks():
-    assert {"01", "02", "04", "05"} <= {path.name[:2] for path in NOTEBOOKS}
+    assert {"01", "02", "03", "04", "05"} <= {path.name[:2] for path in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -32,14 +38,14 @@ def test_kept_with_outputs(path):
 
 
 # Each takes about 10 s on an idle machine, of which 4 s start a kernel and import what it needs.
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_runs(path, tmp_path):
     notebook = nbformat.read(path, as_version=4)
-    kept = [[output.output_type for output in cell.outputs] for cell in code(notebook)]
+    kept = [kinds(cell) for cell in code(notebook)]
     client = nbclient.NotebookClient(
-        notebook, timeout=60, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}
+        notebook, timeout=240, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}
     )
     client.execute()
     # Neither new warnings nor pictures that are no longer made.
-    assert [[output.output_type for output in cell.outputs] for cell in code(notebook)] == kept
+    assert [kinds(cell) for cell in code(notebook)] == kept
