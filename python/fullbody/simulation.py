@@ -324,6 +324,7 @@ class _Bar:
     def __init__(self, progress: Any) -> None:
         self._progress = progress
         self._bar: Any = None
+        self._end = ""
 
     def __enter__(self) -> Any:
         if not self._progress:
@@ -339,11 +340,15 @@ class _Bar:
 
     def _update(self, start: float, time: float, end: float) -> None:
         self._bar.n = (time - start) / (end - start)
-        self._bar.set_postfix_str(f"t = {time:.6g}", refresh=False)
+        # Time of the system passed a second of the clock.
+        rate = abs(time - start) / max(self._bar.format_dict["elapsed"], 1e-9)
+        self._end = f"t = {end:.6g}, {rate:.3g}/s"
+        self._bar.set_postfix_str(f"t = {time:.6g}, {rate:.3g}/s", refresh=False)
         self._bar.refresh()
 
     def __exit__(self, kind: object, *_: object) -> None:
         if self._bar is not None:
             if kind is None:
                 self._bar.n = 1.0
+                self._bar.set_postfix_str(self._end, refresh=False)
             self._bar.close()
