@@ -1,10 +1,12 @@
 """Units at the boundary: Quantities are stripped on the way in and attached on the way out.
 
-The only module that touches ``astropy.units``, and only once a Quantity or ``units=`` is seen.
+``astropy.units`` is imported only once a Quantity or ``units=`` is seen.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -70,24 +72,14 @@ def gathered(value: Any, what: str) -> Any:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
 
 
-def need(extra: str, what: str) -> Any:
+@contextmanager
+def need(extra: str, what: str) -> Iterator[None]:
     """A context in which a missing optional package says which extra has it."""
-    return _Need(extra, what)
-
-
-class _Need:
-    def __init__(self, extra: str, what: str) -> None:
-        self._text = (extra, what)
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, ModuleNotFoundError):
-            extra, what = self._text
-            raise ModuleNotFoundError(
-                f"{what} needs the package {error.name}: pip install 'fullbody[{extra}]'", name=error.name
-            ) from error
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        text = f"{what} needs the package {error.name}: pip install 'fullbody[{extra}]'"
+        raise ModuleNotFoundError(text, name=error.name) from error
 
 
 class Units:
