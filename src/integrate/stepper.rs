@@ -11,9 +11,6 @@ use serde::{Deserialize, Serialize};
 
 /// What an integrator needs to know of its equations.
 pub trait Equations {
-    /// Length of the vector.
-    fn dimension(&self) -> usize;
-
     /// The instructions to sum stages with.
     fn arch(&self) -> Arch {
         Arch::default()

@@ -23,10 +23,6 @@ impl Motion {
 }
 
 impl Equations for Motion {
-    fn dimension(&self) -> usize {
-        self.equations.layout().dimension()
-    }
-
     fn arch(&self) -> Arch {
         self.equations.system().arch()
     }

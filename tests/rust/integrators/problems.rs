@@ -21,10 +21,6 @@ impl Kepler {
 }
 
 impl Equations for Kepler {
-    fn dimension(&self) -> usize {
-        4
-    }
-
     fn prepare(&mut self, _: f64, _: &[f64], _: f64) -> Result<()> {
         Ok(())
     }
