@@ -51,7 +51,7 @@ impl PySimulation {
         step: f64,
         scheme: &str,
     ) -> Result<Self, Error> {
-        let integrator = named(integrator, (rtol, atol), step, scheme)?;
+        let integrator = Integrator::named(integrator, (rtol, atol), step, scheme)?;
         Ok(Self { inner: Simulation::new(&system.inner, &state.inner, integrator)? })
     }
 
@@ -216,20 +216,6 @@ impl PyDense {
 #[pyfunction]
 pub fn tolerance_floor() -> f64 {
     Tolerance::FLOOR
-}
-
-fn named(name: &str, tolerances: (f64, f64), step: f64, scheme: &str) -> Result<Integrator, Error> {
-    let tolerance = || Tolerance::new(tolerances.0, tolerances.1);
-    Ok(match name {
-        "DormandPrince54" => Integrator::DormandPrince54(tolerance()?),
-        "Verner65" => Integrator::Verner65(tolerance()?),
-        "Verner76" => Integrator::Verner76(tolerance()?),
-        "Verner87" => Integrator::Verner87(tolerance()?),
-        "Verner98" => Integrator::Verner98(tolerance()?),
-        "LieGroupVariational" => Integrator::LieGroupVariational { step },
-        "SymplecticSplitting" => Integrator::SymplecticSplitting { step, scheme: scheme.parse()? },
-        other => return Err(Error::invalid("integrator", format!("{other:?}"), "one of fullbody's")),
-    })
 }
 
 fn watch(event: EventData, raised: &Arc<Mutex<Option<PyErr>>>) -> Result<Event<'static>, Error> {

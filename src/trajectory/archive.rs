@@ -223,14 +223,9 @@ fn describe(integrator: Integrator) -> (&'static str, [f64; 2]) {
 }
 
 fn recognise(name: &str, [first, second]: [f64; 2]) -> Result<Integrator> {
-    let tolerance = || Tolerance::new(first, second);
-    Ok(match name {
-        "DormandPrince54" => Integrator::DormandPrince54(tolerance()?),
-        "Verner65" => Integrator::Verner65(tolerance()?),
-        "Verner76" => Integrator::Verner76(tolerance()?),
-        "Verner87" => Integrator::Verner87(tolerance()?),
-        "Verner98" => Integrator::Verner98(tolerance()?),
-        "LieGroupVariational" => Integrator::LieGroupVariational { step: first },
-        scheme => Integrator::SymplecticSplitting { step: first, scheme: scheme.parse::<Scheme>()? },
-    })
+    // A splitting is written under its scheme's name.
+    match name.parse::<Scheme>() {
+        Ok(scheme) => Ok(Integrator::SymplecticSplitting { step: first, scheme }),
+        Err(_) => Integrator::named(name, (first, second), first, ""),
+    }
 }

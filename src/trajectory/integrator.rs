@@ -1,6 +1,6 @@
 //! The integrators behind one name.
 
-use crate::error::{Result, require_positive};
+use crate::error::{Error, Result, require_positive};
 use crate::integrate::{
     DORMAND_PRINCE54, Scheme, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER98,
 };
@@ -40,6 +40,21 @@ pub(super) enum Engine {
 }
 
 impl Integrator {
+    /// The integrator of a name, with the tolerances (relative, absolute) or the step and scheme that it takes.
+    pub fn named(name: &str, tolerances: (f64, f64), step: f64, scheme: &str) -> Result<Self> {
+        let tolerance = || Tolerance::new(tolerances.0, tolerances.1);
+        Ok(match name {
+            "DormandPrince54" => Self::DormandPrince54(tolerance()?),
+            "Verner65" => Self::Verner65(tolerance()?),
+            "Verner76" => Self::Verner76(tolerance()?),
+            "Verner87" => Self::Verner87(tolerance()?),
+            "Verner98" => Self::Verner98(tolerance()?),
+            "LieGroupVariational" => Self::LieGroupVariational { step },
+            "SymplecticSplitting" => Self::SymplecticSplitting { step, scheme: scheme.parse()? },
+            other => return Err(Error::invalid("integrator", format!("{other:?}"), "one of fullbody's")),
+        })
+    }
+
     pub(super) fn engine(self) -> Result<Engine> {
         Ok(match self {
             Self::DormandPrince54(tolerance) => Engine::Pair(&DORMAND_PRINCE54, tolerance),
