@@ -26,10 +26,10 @@ def register(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from ..reproduce import reproduce
-    from ..reproduce.report import counts
+    from ..reproduce import write_report
+    from ..reproduce.results import counts
 
-    report = reproduce(arguments.out, draft=arguments.draft, progress=sys.stderr.isatty() and not arguments.quiet)
+    report = write_report(arguments.out, draft=arguments.draft, progress=sys.stderr.isatty() and not arguments.quiet)
     if not arguments.quiet:
         width = max(len(verdict.quantity) for verdict in report.verdicts)
         for verdict in report.verdicts:

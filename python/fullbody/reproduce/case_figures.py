@@ -12,7 +12,7 @@ from . import cases
 from .kw4_figures import positive
 
 if TYPE_CHECKING:
-    from .report import Results
+    from .results import Results
 
 __all__ = ["all_figures"]
 

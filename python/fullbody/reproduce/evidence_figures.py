@@ -11,7 +11,7 @@ from ..plots._style import LINES, grid, legend
 from . import kw4
 
 if TYPE_CHECKING:
-    from .report import Results
+    from .results import Results
 
 __all__ = ["all_figures"]
 

@@ -71,7 +71,7 @@ def states() -> dict[str, tuple[str, Any, State]]:
             nominal,
         ),
         "excited": (
-            f"e = {_EXCITED_E} at periapsis, Alpha's pole tilted by 3.2 deg, Beta {_EXCITED_LIBRATION:g} deg off the line",
+            f"e = {_EXCITED_E}, Alpha's pole tilted by 3.2 deg, Beta {_EXCITED_LIBRATION:g} deg off the line to Alpha",
             system,
             _excited(system, nominal),
         ),

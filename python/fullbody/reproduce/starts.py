@@ -229,14 +229,14 @@ def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
 
 
 def nodal_period(shape: Any, inclinations: _Array) -> _Array:
-    """Period of the orbit's precession about the total angular momentum, hours, by the orbit's inclination in degrees."""
+    """Period of the node on the total angular momentum's plane, hours, by the orbit's inclination in degrees."""
     from ..observables import orbit_precession
 
     system, state = systems.kw4_ho2021(shape)
     mu = system.mu()
 
     def period(inclination: float) -> float:
-        run = system.integrate(start(state, mu, i=inclination), 2000.0, output=1.0, integrator=_COARSE)
+        run = system.integrate(start(state, mu, i=inclination), 6000.0, output=1.0, integrator=_COARSE)
         return abs(2 * np.pi / float(orbit_precession(run).nodal))
 
     with ThreadPoolExecutor() as pool:

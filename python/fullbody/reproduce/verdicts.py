@@ -12,7 +12,7 @@ import numpy as np
 from .. import paper
 
 if TYPE_CHECKING:
-    from .report import Results
+    from .results import Results
 
 __all__ = ["Verdict", "as_printed", "judge"]
 
@@ -61,8 +61,8 @@ def judge(results: Results) -> list[Verdict]:
 
 
 _SYMMETRY = (
-    "A half turn about z swaps the bodies, so that z = 0 exactly. The printed motion is round-off, which an instability "
-    "of the symmetric motion makes grow e-fold in about 70 time units: see the motion along z below."
+    "A half turn about z swaps the bodies, so that z = 0 exactly. The printed motion is round-off; in case 1 an "
+    "instability of the symmetric motion makes it grow."
 )
 
 
@@ -107,7 +107,8 @@ def _cases(results: Results, found: dict[str, tuple[str, Word, str]]) -> None:
     claim("case2.spin_z", f"changes by {two.spin_z_change:.0e}", two.spin_z_change < 1e-14)
     orders = math.log10(2.0 / two.transverse)
     claim("case2.transverse", f"{orders:.1f} orders: {two.transverse:.2e}", 2.5 < orders < 3.5)
-    claim("case2.peaks", f"{two.transverse_close:.0%} of the largest tenth near an approach", two.transverse_close > 0.9)
+    close = two.transverse_close
+    claim("case2.peaks", f"{close:.0%} of the largest tenth near an approach", close > 0.9)
     found["case2.four_times"] = (
         f"{results.four_times:.2f} times",
         "differs",
@@ -126,8 +127,8 @@ def _cpu(found: dict[str, tuple[str, Word, str]], key: str, printed: float, ours
 
 
 _PERIOD = (
-    "Kepler's third law for the same mean semi-major axis gives the printed digits, for both shapes, with G = 6.674e-11 "
-    "in place of the run's 6.67408e-11. An inference."
+    "Kepler's third law for the same mean semi-major axis gives the printed digits, for both shapes, with "
+    "G = 6.674e-11 in place of the run's 6.67408e-11. An inference."
 )
 
 
@@ -159,9 +160,9 @@ def _spin(results: Results, found: dict[str, tuple[str, Word, str]]) -> None:
     best = results.search
     phi, theta, psi = best.angles
     why = (
-        f"Not from the stated start, by six ways to compute it. All three printed ranges come out, to {best.misfit:.3f}, "
-        f"when Beta starts at phi, theta, psi = {phi:.1f}, {theta:.1f}, {psi:.1f} degrees in place of zero: turned by one "
-        "hour of its orbital motion about the orbit's normal. That start in turn does not give the printed semi-major axes."
+        f"Not from the stated start, by six ways to compute it. All printed ranges come out, to {best.misfit:.3f}, when "
+        f"Beta starts at phi, theta, psi = {phi:.1f}, {theta:.1f}, {psi:.1f} degrees in place of zero: turned about the "
+        "orbit's normal by one hour of its motion. That start does not give the printed semi-major axes."
     )
     year = results.year["ellipsoid"]
     for axis, (low, high) in paper.KW4_SPIN.items():

@@ -1,28 +1,25 @@
-"""``fullbody reproduce``: all runs, all figures, one page."""
+"""All runs of the report, and everything in them as numbers."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import paper
-from .._files import replacing
 from ..run import Run
 from . import cases, kw4, physical, starts
 from .cases import CaseNumbers
 from .cases import Motion as MotionAlongZ
 from .verdicts import Verdict, judge
 
-__all__ = ["Report", "Results", "compute", "reproduce"]
+__all__ = ["Results", "as_numbers", "compute", "counts"]
 
 #: The scans' steps in degrees, the search's tries and the length of the long runs: in full, and as a draft.
-_FULL = {"scan": 5.0, "tried": 512, "late": paper.CASES_LATE, "agreement": paper.KW4_YEAR}
-_DRAFT = {"scan": 20.0, "tried": 64, "late": 300.0, "agreement": paper.KW4_SPIN_HOURS}
+_FULL = {"scan": 5.0, "tried": 512, "refined": 4, "late": paper.CASES_LATE, "agreement": paper.KW4_YEAR}
+_DRAFT = {"scan": 20.0, "tried": 32, "refined": 0, "late": 250.0, "agreement": paper.KW4_SPIN_HOURS}
 
 
 @dataclass(slots=True)
@@ -46,76 +43,6 @@ class Results:
     physical: list[physical.Motion]
     draft: bool = False
     verdicts: list[Verdict] = field(default_factory=list)
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """What was written.
-
-    Attributes
-    ----------
-    page : Path
-        ``report.html``, with the figures in it.
-    numbers : Path
-        ``numbers.json``.
-    figures : tuple of Path
-        PNG and PDF.
-    verdicts : tuple of Verdict
-    """
-
-    page: Path
-    numbers: Path
-    figures: tuple[Path, ...]
-    verdicts: tuple[Verdict, ...]
-
-
-def reproduce(out: Any, *, draft: bool = False, progress: bool = False) -> Report:
-    """Run everything that the paper shows and write a report beside its numbers.
-
-    Parameters
-    ----------
-    out : str or Path
-        Folder; made where there is none. ``report.html`` needs no other file; ``figures/`` holds the same figures as
-        PNG and PDF, ``numbers.json`` every number.
-    draft : bool
-        Coarser scans and shorter long runs; the page says so.
-    progress : bool
-        Whether to show a bar.
-
-    Returns
-    -------
-    Report
-
-    Examples
-    --------
-    >>> import fullbody
-    >>> report = fullbody.reproduce.reproduce("out/reproduce")  # doctest: +SKIP
-    >>> [verdict.quantity for verdict in report.verdicts if verdict.verdict == "differs"]  # doctest: +SKIP
-    """
-    from . import case_figures, evidence_figures, kw4_figures
-    from .page import render
-
-    folder = Path(out)
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
-    results = compute(draft=draft, progress=progress)
-    drawn = {
-        **case_figures.all_figures(results),
-        **kw4_figures.all_figures(results.year_runs),
-        **evidence_figures.all_figures(results),
-    }
-    written = []
-    for name, figure in drawn.items():
-        for suffix in (".png", ".pdf"):
-            path = folder / "figures" / f"{name}{suffix}"
-            with replacing(path) as temporary:
-                figure.savefig(temporary, dpi=130)
-            written.append(path)
-    numbers, page = folder / "numbers.json", folder / "report.html"
-    with replacing(numbers) as temporary:
-        temporary.write_text(json.dumps(as_numbers(results), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    with replacing(page) as temporary:
-        temporary.write_text(render(results, folder / "figures"), encoding="utf-8")
-    return Report(page, numbers, tuple(written), tuple(results.verdicts))
 
 
 def compute(*, draft: bool = False, progress: bool = False) -> Results:
@@ -156,10 +83,10 @@ def _compute(effort: dict[str, float], stage: Any) -> Results:
     agreement = starts.agreement(effort["agreement"])
     stage("starts that give the printed spin")
     scans = [starts.scan(name, np.arange(-90.0, 91.0, effort["scan"])) for name in starts.SCANS]
-    search = starts.search(int(effort["tried"]))
+    search = starts.search(int(effort["tried"]), int(effort["refined"]))
     stage("inclinations of the orbit")
     inclinations = np.array([140.0, 145.0, 150.0, 156.1, 160.0, 165.0, 170.0, 175.0, 179.0])
-    nodal: dict[str, Any] = {shape: np.stack([inclinations, starts.nodal_period(shape, inclinations)]) for shape in kw4.SHAPES}
+    nodal: dict[str, Any] = {s: np.stack([inclinations, starts.nodal_period(s, inclinations)]) for s in kw4.SHAPES}
     stage("the physical 1999 KW4")
     return Results(
         cases={number: cases.measure(*run) for number, run in runs.items()},
