@@ -69,7 +69,8 @@ def kw4_ho2021(
 
     References
     ----------
-    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35. Ostro et al. (2006), Science 314, 1276.
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, doi:10.1007/s10569-021-10034-8.
+    Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622.
 
     Examples
     --------
@@ -117,7 +118,9 @@ def kw4(
 
     References
     ----------
-    Ostro et al. (2006), Science 314, 1276. Fahnestock & Scheeres (2008), Icarus 194, 410.
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, doi:10.1007/s10569-021-10034-8.
+    Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622.
+    Fahnestock & Scheeres (2008), Icarus 194, 410, doi:10.1016/j.icarus.2007.11.007.
 
     Examples
     --------
