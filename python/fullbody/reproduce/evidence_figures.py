@@ -50,7 +50,8 @@ def z_motion(results: Results) -> Any:
     ax.set_yscale("log")
     ax.set_ylim(1e-18, 1e3)
     ax.axhline(0.1, color="0.6", linewidth=0.8)
-    ax.annotate("the paper's order at t = 2200", (10, 0.13), fontsize="small", color="0.35", va="bottom")
+    place = {"xycoords": ax.get_yaxis_transform(), "fontsize": "small", "color": "0.35", "va": "bottom"}
+    ax.annotate("the paper's order at t = 2200", (0.01, 0.13), **place)
     ax.set_xlabel("time")
     ax.set_ylabel("|z| of A, largest in 25 units of time")
     ax.margins(x=0)
@@ -105,7 +106,7 @@ def inclination(results: Results) -> Any:
         printed = paper.KW4[shape].inclination_period
         own.axvline(printed, color=style["color"], linewidth=0.9, linestyle=(0, (4, 2)))
         by.axhline(printed, color=style["color"], linewidth=0.9, linestyle=(0, (4, 2)))
-        by.annotate(f"printed, {shape}s", (140.5, printed), fontsize="small", va="bottom", color="0.25")
+        by.annotate(f"printed, {shape}s", (139.5, printed), fontsize="small", va="bottom", color="0.25")
     by.axvline(156.1, color="0.6", linewidth=0.8)
     first.set_ylabel("inclination to the\nfirst orbit's plane [deg]")
     own.set_ylabel("inclination to the\nxy-plane [deg]")

@@ -89,7 +89,7 @@ def errors(runs: dict[str, Run]) -> Any:
         energy = run.energy.value
         colour = _STYLES[shape]["color"]
         step = np.abs(np.diff(energy) / energy[:-1])
-        axes[0].plot(hours[1:], positive(step), ".", color=colour, alpha=0.3, markersize=1.5)
+        axes[0].plot(hours[1:], positive(step), ".", color=colour, alpha=0.3, markersize=1.5, rasterized=True)
         axes[0].plot(hours, positive(np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
     momentum = runs["ellipsoid"].angular_momentum.value
     hours = runs["ellipsoid"].time.to_value(u.hour)

@@ -18,8 +18,15 @@ from .verdicts import Verdict, judge
 __all__ = ["Results", "as_numbers", "compute", "counts"]
 
 #: The scans' steps in degrees, the search's tries and the length of the long runs: in full, and as a draft.
-_FULL = {"scan": 5.0, "tried": 512, "refined": 4, "late": paper.CASES_LATE, "agreement": paper.KW4_YEAR}
-_DRAFT = {"scan": 20.0, "tried": 32, "refined": 0, "late": 250.0, "agreement": paper.KW4_SPIN_HOURS}
+_FULL = {
+    "scan": 5.0,
+    "tried": 512,
+    "refined": 4,
+    "inclinations": 11,
+    "late": paper.CASES_LATE,
+    "agreement": paper.KW4_YEAR,
+}
+_DRAFT = {"scan": 20.0, "tried": 32, "refined": 0, "inclinations": 3, "late": 250.0, "agreement": paper.KW4_SPIN_HOURS}
 
 
 @dataclass(slots=True)
@@ -85,7 +92,7 @@ def _compute(effort: dict[str, float], stage: Any) -> Results:
     scans = [starts.scan(name, np.arange(-90.0, 91.0, effort["scan"])) for name in starts.SCANS]
     search = starts.search(int(effort["tried"]), int(effort["refined"]))
     stage("inclinations of the orbit")
-    inclinations = np.array([140.0, 145.0, 150.0, 156.1, 160.0, 165.0, 170.0, 175.0, 179.0])
+    inclinations = np.linspace(139.0, 179.0, int(effort["inclinations"]))
     nodal: dict[str, Any] = {s: np.stack([inclinations, starts.nodal_period(s, inclinations)]) for s in kw4.SHAPES}
     stage("the physical 1999 KW4")
     return Results(

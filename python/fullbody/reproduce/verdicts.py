@@ -160,9 +160,9 @@ def _spin(results: Results, found: dict[str, tuple[str, Word, str]]) -> None:
     best = results.search
     phi, theta, psi = best.angles
     why = (
-        f"Not from the stated start, by six ways to compute it. All printed ranges come out, to {best.misfit:.3f}, when "
-        f"Beta starts at phi, theta, psi = {phi:.1f}, {theta:.1f}, {psi:.1f} degrees in place of zero: turned about the "
-        "orbit's normal by one hour of its motion. That start does not give the printed semi-major axes."
+        f"Not from the stated start, by six ways. All printed ranges come out, to {best.misfit:.3f}, when "
+        f"Beta starts at phi, theta, psi = {phi:.1f}, {theta:.1f}, {psi:.1f} degrees in place of zero: turned about "
+        "the orbit's normal by one hour of its motion. That start does not give the printed semi-major axes."
     )
     year = results.year["ellipsoid"]
     for axis, (low, high) in paper.KW4_SPIN.items():

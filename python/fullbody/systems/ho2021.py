@@ -58,12 +58,16 @@ def kw4_ho2021(
     Notes
     -----
     One year from this start gives the paper's ranges and means of the semi-major axis and its largest eccentricities,
-    to the digits printed and for both shapes (``fullbody kw4``). Three things it prints do not follow from it; the two
-    exact methods of gravity agree with each other on all of them:
+    to the digits printed and for both shapes. Three things it prints do not follow from it, by two methods of gravity,
+    two integrators and two charts that agree with each other; ``fullbody reproduce`` shows the evidence:
 
     - the range of Beta's spin over the first 200 hours: z in [9.55, 11.16]e-5 rad/s in print, [9.05, 10.69]e-5 here;
-      x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here;
-    - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4250 and 3740 h here;
+      x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here. All six printed numbers come out when Beta
+      starts turned by 20.6 degrees about the orbit's normal, one hour of its orbital motion, to (phi, theta, psi) =
+      (-8.1, -0.8, 19.1) degrees; the year's semi-major axes then do not;
+    - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4246 and 3741 h here.
+      No initial inclination gives both. The inclination to the xy-plane starts near its largest and is largest again
+      after 3928 and 3470 h, which may be what was read off;
     - the last digit of the mean period: 17.4116 and 17.4177 h in print, 17.4115 and 17.4176 h here. Kepler's third law
       for the mean semi-major axis gives the printed digits with G = 6.674e-11 in place of 6.67408e-11, for both shapes.
 
