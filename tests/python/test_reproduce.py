@@ -80,12 +80,12 @@ def test_plain_doubles_follow_the_default_integrator():
 
 @pytest.mark.parametrize("inclination", [150.0, 179.0])
 def test_node_goes_round_as_the_quadrupole_says(inclination):
-    """Two rings of angular momentum L and S under -3/2 (GM m J2 R^2/a^3)(cos^2 - 1/3): the rate is 3/2 .. cos J/(L S)."""
+    """Spin S and orbit L under the averaged quadrupole go round their sum J at 3/2 (G m_B (C - A)/a^3) cos J/(L S)."""
     found = starts.nodal_period("spheroid", np.array([inclination]))[0]
-    system, state = fullbody.systems.kw4_ho2021("spheroid")
+    system, _ = fullbody.systems.kw4_ho2021("spheroid")
     m, axes = [b.mass for b in system.bodies], [b.shape.semi_axes for b in system.bodies]
     a, reduced, G = 2.5477, m[0] * m[1] / sum(m), system.G
-    # m J2 R^2 = C - A of each body; Beta's pole turns too, and on average counts little: only Alpha's part is taken.
+    # C - A of Alpha; Beta's share is left out, as its own pole turns.
     flattening = m[0] * (axes[0][0] ** 2 - axes[0][2] ** 2) / 5
     orbit = reduced * np.sqrt(G * sum(m) * a)
     spin = 2 / 5 * m[0] * axes[0][0] ** 2 * 2.2728
