@@ -163,7 +163,7 @@ class Simulation:
         if spacing is not None:
             self._refuse_flood((end - self._core.time) / spacing, output)
         watched = _events(events)
-        described = [event._describe(units) for event in watched]
+        described = [event._describe(self._system) for event in watched]
         keep = None
         if autosave is not None:
             path, seconds = _autosave(autosave)
