@@ -12,7 +12,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ._units import gathered, is_quantity, numbers
+from ._units import Units, gathered, is_quantity, numbers
 from .errors import InvalidInput
 
 _P = ParamSpec("_P")
@@ -54,6 +54,20 @@ def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float
     if not plain.any(axis=-1).all():
         raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
     return plain
+
+
+def pole(value: Any, what: str) -> tuple[float, float]:
+    """The longitude and latitude of a direction, radians."""
+    expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
+    try:
+        longitude, latitude = value
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{what} is {value!r}; {expected}") from error
+    lon = Units().number(longitude, "angle", f"longitude of {what}")
+    lat = Units().number(latitude, "angle", f"latitude of {what}")
+    if not -np.pi / 2 <= lat <= np.pi / 2:
+        raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
+    return lon, lat
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -20,9 +20,8 @@ def brief(value: Any) -> str:
         return f"{value}"
     if value.size == 0:
         return f"<{value.shape}>"
-    unit = f" {value.unit}" if is_quantity(value) else ""
-    plain = np.asarray(getattr(value, "value", value))
-    return f"<{value.shape}, {plain.min():.6g} to {plain.max():.6g}{unit}>"
+    plain, unit = np.asarray(getattr(value, "value", value)), getattr(value, "unit", "")
+    return f"<{value.shape}, {plain.min():.6g} to {plain.max():.6g} {unit}".rstrip() + ">"
 
 
 def block(name: str, **parts: Any) -> str:
@@ -36,7 +35,9 @@ def block(name: str, **parts: Any) -> str:
 def same(first: Any, second: Any) -> bool:
     """Equality that takes arrays as wholes, and nan as equal to itself."""
     if isinstance(first, dict):
-        return isinstance(second, dict) and first.keys() == second.keys() and all(same(first[k], second[k]) for k in first)
+        return (
+            isinstance(second, dict) and first.keys() == second.keys() and all(same(first[k], second[k]) for k in first)
+        )
     if isinstance(first, tuple) and isinstance(second, tuple):
         return len(first) == len(second) and all(map(same, first, second))
     if is_quantity(first) != is_quantity(second):

@@ -185,7 +185,7 @@ class PlaneCrossing(Event):
     normal: Any = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        super(PlaneCrossing, self).__post_init__()
+        super().__post_init__()
         normal = directions(self.normal, "normal of PlaneCrossing", one=True)
         object.__setattr__(self, "normal", tuple(float(component) for component in normal))
 

@@ -234,7 +234,7 @@ class Run:
         change = np.linalg.norm(momentum - momentum[0], axis=1)
         return np.asarray(change / np.linalg.norm(momentum[0]))
 
-    def elements(self, mu: Any = None, primary: int = 0, secondary: int = 1) -> KeplerElements:
+    def elements(self, mu: Any = None, *, primary: int = 0, secondary: int = 1) -> KeplerElements:
         """Osculating elements of one body about another.
 
         Parameters
@@ -257,9 +257,10 @@ class Run:
         (11,)
         """
         units = self.system._units
-        primary, secondary = self.system._place(primary), self.system._place(secondary)
+        primary = self.system._place(primary, "primary")
+        secondary = self.system._place(secondary, "secondary")
         mu = self.system.mu(primary, secondary) if mu is None else mu
-        number = float(units.strip(mu, "mu", "mu"))
+        number = units.number(mu, "mu", "mu")
         position, velocity = self._record["position"], self._record["velocity"]
         rows = _core.cartesian_to_elements(
             np.ascontiguousarray(position[:, secondary] - position[:, primary]),

@@ -121,7 +121,7 @@ def test_precession_over_an_oblate_body():
 def librating(e, offset, time):
     a, b = 0.0010, 0.0009
     system, state = binary(
-        Component(diameter=0.1, mass=1.0),
+        Component(diameter=0.1, mass=1.0, rotation_period=np.inf),
         Component(semi_axes=(a, b, 0.0008), mass=1e-9),
         G=1.0 / (1 + 1e-9),
         semi_major_axis=1.0,
@@ -155,7 +155,7 @@ def test_forced_libration():
 
 def test_a_body_that_circulates_and_bodies_without_an_axis():
     system, state = binary(
-        Component(diameter=0.2, mass=1.0),
+        Component(diameter=0.2, mass=1.0, rotation_period=np.inf),
         Component(semi_axes=(0.02, 0.015, 0.01), mass=1e-3, rotation_period=2.0),
         G=1.0,
         semi_major_axis=1.0,

@@ -146,7 +146,7 @@ REFUSED = {
     "output": (lambda s: s[0].integrate(s[1], 3, output=1 * u.kg), ["output", "kg", " h"]),
     "semi-axis": (
         lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1 * u.kg), mass=1, name="Al")], units=KM_H_KG),
-        ["semi-axis", "Al", "kg", "km"],
+        ["radius", "kg", " m"],
     ),
     "mass": (
         lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), mass=1 * u.m, name="Al")], units=KM_H_KG),
@@ -154,7 +154,7 @@ REFUSED = {
     ),
     "density": (
         lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), density=1 * u.kg, name="Al")], units=KM_H_KG),
-        ["density", "Al", "kg", "kg / km3"],
+        ["density", "Al", "kg", "kg / m3"],
     ),
     "G": (lambda s: fullbody.System(s[0].bodies, G=1 * u.m, units=KM_H_KG), ["G", " m", "km3 / (kg h2)"]),
     "angles": (

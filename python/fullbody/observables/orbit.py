@@ -105,7 +105,7 @@ def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) ->
     17.1
     """
     view = View(run, body, about, 3, "rates of elements")
-    elements = run.elements(mu, about, body)
+    elements = run.elements(mu, primary=about, secondary=body)
     columns: dict[str, Any] = {}
     rates: dict[str, Any] = {}
     means: dict[str, Any] = {}
