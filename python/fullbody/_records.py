@@ -24,12 +24,12 @@ def brief(value: Any) -> str:
     return f"<{value.shape}, {plain.min():.6g} to {plain.max():.6g} {unit}".rstrip() + ">"
 
 
-def block(name: str, **parts: Any) -> str:
+def block(head: str, **parts: Any) -> str:
     """Many lines: small arrays with all their numbers, six digits of them, a part a line."""
     with np.printoptions(precision=6, suppress=False):
         rows = [f"  {label}={value!s}" for label, value in parts.items()]
     body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
-    return f"{name}(\n{body})"
+    return f"{head}\n{body})"
 
 
 def same(first: Any, second: Any) -> bool:

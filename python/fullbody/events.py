@@ -1,8 +1,9 @@
 """Things to watch for in a run, located on its continuous solution to the last few bits.
 
-Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both; also where a run
-goes backwards) and may be ``terminal``: the run then stops there. Functions are sampled several times a step, so that contacts that only graze are
-found; a function that oscillates within an eighth of a step can still be missed.
+Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both; that of growing
+time also where a run goes backwards) and may be ``terminal``: the run then stops there. Functions are sampled several
+times a step, so that contacts that only graze are found; a function that oscillates within an eighth of a step can
+still be missed.
 """
 
 from __future__ import annotations

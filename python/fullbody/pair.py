@@ -221,8 +221,8 @@ def _refuse_overlap(system: System, r: Any, attitudes: Any) -> None:
         system._core.energy(State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core)
     except BodiesOverlap as error:
         distance = tables.number(system._units.attach(np.float64(np.linalg.norm(r)), "length"))
-        text = f"{' and '.join(error.bodies)} overlap at the start, their centres {distance} apart; expected interiors apart"
-        raise BodiesOverlap(text, error.bodies, error.time) from None
+        text = f"{' and '.join(error.bodies)} overlap at the start, their centres {distance} apart"
+        raise BodiesOverlap(f"{text}; expected interiors apart", error.bodies, error.time) from None
 
 
 def _mean(

@@ -41,7 +41,7 @@ class Interactions(Record):
     potential_energy: Any
 
     def __repr__(self) -> str:
-        return block("Interactions", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
+        return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
 
 
 @dataclass(frozen=True, slots=True)

@@ -204,7 +204,7 @@ def test_bodies_that_overlap_at_the_start():
     binary(first, second, G=1.0, semi_major_axis=1.5001)
     for kind in ("osculating", "mean"):
         with pytest.raises(
-            fullbody.BodiesOverlap, match="body 0 and B overlap at the start, their centres 1.4999 apart"
+            fullbody.BodiesOverlap, match=r"body 0 and B overlap at the start, their centres 1\.4999 apart"
         ):
             binary(first, second, G=1.0, semi_major_axis=1.4999, elements=kind)
     # At periapsis 1.35, at apoapsis 1.65.

@@ -29,3 +29,7 @@ __all__ = [
     "published",
     "sn263_2001",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__
