@@ -12,7 +12,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ._units import Units, gathered, is_quantity, numbers
+from ._units import Units, gathered, is_quantity, numbers, strip_to
 from .errors import InvalidInput
 
 _P = ParamSpec("_P")
@@ -34,6 +34,22 @@ def place(value: object, count: int, what: str) -> int:
         places = "0, the only body" if count == 1 else f"0 to {count - 1}, one of the {count} bodies"
         raise InvalidInput(f"{what} is {value!r}; expected {places}")
     return index
+
+
+def positive(value: Any, unit: str, what: str) -> Any:
+    """A finite number or Quantity above zero, of a unit like this one where it has any."""
+    try:
+        value = gathered(value, what)
+        number = np.asarray(getattr(value, "value", value))
+        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
+            raise InvalidInput(f"{what} is {value!r}; expected")
+    except InvalidInput as error:
+        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero") from error
+    if is_quantity(value):
+        from astropy import units as u
+
+        strip_to(value, u.Unit(unit), what)
+    return value
 
 
 def vectors(value: Any, what: str, one: bool = False) -> Any:

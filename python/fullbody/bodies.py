@@ -8,26 +8,11 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._arguments import positive
 from ._units import Units, gathered, is_quantity, strip_to
 from .errors import InvalidInput
 
 __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
-
-
-def _positive(value: Any, unit: str, what: str) -> Any:
-    """A finite number or Quantity above zero, of a unit like this one where it has any."""
-    try:
-        value = gathered(value, what)
-        number = np.asarray(getattr(value, "value", value))
-        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-            raise InvalidInput(f"{what} is {value!r}; expected")
-    except InvalidInput as error:
-        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero") from error
-    if is_quantity(value):
-        from astropy import units as u
-
-        strip_to(value, u.Unit(unit), what)
-    return value
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +42,7 @@ class Ellipsoid:
 
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):
-            object.__setattr__(self, name, _positive(getattr(self, name), "m", f"semi-axis {name}"))
+            object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
 
     @property
     def semi_axes(self) -> tuple[Any, Any, Any]:
@@ -83,7 +68,7 @@ class Sphere:
     radius: Any
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _positive(self.radius, "m", "radius"))
+        object.__setattr__(self, "radius", positive(self.radius, "m", "radius"))
 
     @property
     def semi_axes(self) -> tuple[Any, Any, Any]:
@@ -158,8 +143,8 @@ class Body:
         if density is not None and isinstance(shape, PointMass):
             raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
         self._shape = shape
-        self._mass = None if mass is None else _positive(mass, "kg", f"mass of {called}")
-        self._density = None if density is None else _positive(density, "kg / m3", f"density of {called}")
+        self._mass = None if mass is None else positive(mass, "kg", f"mass of {called}")
+        self._density = None if density is None else positive(density, "kg / m3", f"density of {called}")
         self._name = name
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _rotation, frames
-from ._arguments import pole
+from ._arguments import pole, positive
 from ._records import Record
 from ._units import Units, gathered, numbers, scalar
 from .bodies import Ellipsoid
@@ -63,8 +63,6 @@ class Component(Record):
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
-        for name in ("semi_axes", "diameters", "diameter", "mass", "density", "rotation_period", "rotation_angle"):
-            object.__setattr__(self, name, gathered(getattr(self, name), f"{name} of {called}"))
         sizes = [size for size in (self.semi_axes, self.diameters, self.diameter) if size is not None]
         if len(sizes) != 1:
             raise InvalidInput(f"{called} has {len(sizes)} of semi_axes, diameters, diameter; expected one of them")
@@ -77,7 +75,12 @@ class Component(Record):
             pole(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
             raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
-        _ = self.shape
+        for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, positive(value, unit, f"{name} of {called}"))
+        for name in ("semi_axes", "diameters"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     @property
     def shape(self) -> Ellipsoid:
@@ -86,12 +89,18 @@ class Component(Record):
             first, second = self.axis_ratios
             b = self.diameter / 2 * (second / first) ** (1 / 3)
             return Ellipsoid(b * first, b, b / second)
-        what = "diameters" if self.semi_axes is None else "semi_axes"
-        axes = getattr(self, what)
-        if np.shape(axes) != (3,):
-            raise InvalidInput(f"{what} is {axes!r}; expected three lengths")
-        a, b, c = axes if self.semi_axes is not None else (d / 2 for d in axes)
+        a, b, c = self.semi_axes if self.semi_axes is not None else (d / 2 for d in self.diameters)
         return Ellipsoid(a, b, c)
+
+
+def _three(values: Any, what: str) -> Any:
+    """Three lengths above zero."""
+    values = gathered(values, what)
+    if np.shape(values) != (3,):
+        raise InvalidInput(f"{what} is {values!r}; expected three lengths")
+    for value in values:
+        positive(value, "m", what)
+    return values
 
 
 def axes(component: Component, plane: Any) -> Any:
@@ -114,11 +123,12 @@ def pointing(component: Component, plane: Any, direction: Any) -> float:
     return float(np.arctan2(y @ direction, x @ direction))
 
 
-def rate(component: Component, units: Units) -> float:
+def rate(component: Component, units: Units, called: str) -> float:
     """The rate of rotation; zero where it is not stated."""
     if component.rotation_period is None:
         return 0.0
-    period = scalar(units.strip(component.rotation_period, "time", "rotation_period"), "rotation_period")
+    what = f"rotation_period of {called}"
+    period = scalar(units.strip(component.rotation_period, "time", what), what)
     if np.isnan(period) or period == 0.0:
-        raise InvalidInput(f"rotation_period is {component.rotation_period!r}; expected a time other than zero")
+        raise InvalidInput(f"{what} is {component.rotation_period!r}; expected a time other than zero")
     return float(2 * np.pi / period)

@@ -176,7 +176,7 @@ def binary(
     plane = _rotation.product(_rotation.turn(2, node), _rotation.turn(0, inclination))
     locked = pointing(secondary, plane, -r) + _angle(libration, "libration") if synchronous else None
     attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, locked)])
-    rates = [rate(component, convert) for component in pair]
+    rates = [rate(component, convert, name) for component, name in zip(pair, system.names, strict=True)]
     _refuse_overlap(system, r, attitudes)
     if elements == "mean":
         turning = abs(rates[0] * found.period / (2 * np.pi) - 1.0) > 1e-6
@@ -277,11 +277,12 @@ def _known(
         return number
 
     volumes, masses = [], []
-    for component in components:
+    for place, component in enumerate(components):
+        called = component.name if component.name is not None else f"body {place}"
         volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        density = plain(component.density, "density", "density")
+        density = plain(component.density, "density", f"density of {called}")
         volumes.append(volume)
-        masses.append(plain(component.mass, "mass", "mass") if density is None else density * volume)
+        masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
     return Known(
         gravity,
         (masses[0], masses[1]),

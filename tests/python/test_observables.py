@@ -299,7 +299,7 @@ def test_what_is_not_a_run_or_a_body(function):
             fullbody.InvalidInput, match=f"body of .* is {body!r}; expected 0 to 1, one of the 2 bodies"
         ):
             function(run, body=body)
-    with pytest.raises(fullbody.InvalidInput, match="about of .* is 7; expected 0 to 1, one of the 2 bodies"):
+    with pytest.raises(fullbody.InvalidInput, match=r"about of .* is 7; expected 0 to 1, one of the 2 bodies"):
         function(run, about=7)
     with pytest.raises(fullbody.InvalidInput, match="of body 1 about itself"):
         function(run, body=1, about=1)
