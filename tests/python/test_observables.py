@@ -283,7 +283,7 @@ def test_samples_too_far_apart_to_count_revolutions(function):
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 2 * np.pi * 60, output=2 * np.pi * 0.6)
     with pytest.raises(
-        fullbody.InvalidInput, match="the run has 101 samples in about 60 revolutions; .* several in each"
+        fullbody.InvalidInput, match=r"the run has 101 samples in about 60 revolutions; .* several in each"
     ):
         function(run)
 
@@ -315,7 +315,7 @@ def test_what_cannot_be_observed_is_named():
         with pytest.raises(fullbody.InvalidInput, match="axis"):
             observables.orbit_precession(run, axis=axis)
     for count in (0, -1, 1.5, None):
-        with pytest.raises(fullbody.InvalidInput, match="count is .*; expected a whole number"):
+        with pytest.raises(fullbody.InvalidInput, match=r"count is .*; expected a whole number"):
             observables.libration(run, count=count)
 
 
