@@ -389,7 +389,7 @@ class System:
 
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"
-        return f"System({list(self.names)}, G={self._G:.9g}, gravity={self._options['gravity']!r}{units})"
+        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
 
     def __reduce__(self) -> Any:
         return (_assemble, (self._bodies, self._G, self._units.names, self._options))

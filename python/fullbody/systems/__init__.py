@@ -32,4 +32,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    return __all__
+    """The functions and not the files they are in."""
+    return sorted(__all__)
