@@ -185,6 +185,29 @@ class Body:
         return bool(united)
 
     @property
+    def inertia(self) -> Any:
+        """Principal moments of inertia (3,) about the body axes, mass times length squared; zeros for a point.
+
+        The paper's I_11, I_22, I_33.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
+        array([ 5., 10., 13.])
+        """
+        axes = self._shape.semi_axes
+        if axes is None:
+            return self.mass * 0.0 * np.ones(3)
+        a, b, c = (axis * axis for axis in axes)
+        moments = [b + c, c + a, a + b]
+        if is_quantity(a):
+            from astropy import units as u
+
+            return self.mass / 5.0 * u.Quantity(moments)
+        return self.mass / 5.0 * np.array(moments)
+
+    @property
     def name(self) -> str | None:
         """The name."""
         return self._name

@@ -23,8 +23,8 @@ _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
 _KW4_POLE_TILT = 3.2
 _KW4_SPINS = (2.2728, 0.3611)
-_KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
-_KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
+KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
+KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
 
 
 def kw4_ho2021(
@@ -69,7 +69,8 @@ def kw4_ho2021(
 
     References
     ----------
-    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35. Ostro et al. (2006), Science 314, 1276.
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, doi:10.1007/s10569-021-10034-8.
+    Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622.
 
     Examples
     --------
@@ -79,8 +80,8 @@ def kw4_ho2021(
     Ellipsoid(a=0.766, b=0.766, c=0.6735)
     """
     system = _kw4_system(shape, units, options)
-    angles = {name: np.deg2rad(value) for name, value in _KW4_SKY.items()}
-    position, velocity = KeplerElements(**_KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
+    angles = {name: np.deg2rad(value) for name, value in KW4_SKY.items()}
+    position, velocity = KeplerElements(**KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
     return system, _state(
         units,
         position=[[0.0, 0.0, 0.0], position],
@@ -117,7 +118,9 @@ def kw4(
 
     References
     ----------
-    Ostro et al. (2006), Science 314, 1276. Fahnestock & Scheeres (2008), Icarus 194, 410.
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, doi:10.1007/s10569-021-10034-8.
+    Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622.
+    Fahnestock & Scheeres (2008), Icarus 194, 410, doi:10.1016/j.icarus.2007.11.007.
 
     Examples
     --------
@@ -128,7 +131,7 @@ def kw4(
     """
     system = _kw4_system(shape, units, options)
     mu = _kw4_mu()
-    orbit = KeplerElements(**_KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
+    orbit = KeplerElements(**KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
     position, velocity = orbit.to_cartesian(mu)
     share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
     return system, _state(
