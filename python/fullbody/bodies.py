@@ -165,13 +165,17 @@ class Body:
         return None if self._shape.semi_axes is None else self._mass / self._volume("mass", self._mass)
 
     def _volume(self, what: str, value: Any) -> Any:
-        """The volume, where all sizes and this value have units or none has."""
+        """The volume, to go with a mass or a density."""
+        a, b, c = self._axes(what, value)
+        return 4.0 / 3.0 * np.pi * a * b * c
+
+    def _axes(self, what: str, value: Any) -> tuple[Any, Any, Any]:
+        """The semi-axes, where both they and a value to go with them have units or neither has."""
         axes = self._shape.semi_axes
         assert axes is not None
         called = self._name if self._name is not None else "the body"
         self._refuse_mixture({f"{what} of {called}": value, **dict(zip(_AXES, axes, strict=True))})
-        a, b, c = axes
-        return 4.0 / 3.0 * np.pi * a * b * c
+        return axes
 
     @staticmethod
     def _refuse_mixture(values: dict[str, Any]) -> bool:
@@ -196,10 +200,9 @@ class Body:
         >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
         array([ 5., 10., 13.])
         """
-        axes = self._shape.semi_axes
-        if axes is None:
+        if self._shape.semi_axes is None:
             return self.mass * 0.0 * np.ones(3)
-        a, b, c = (axis * axis for axis in axes)
+        a, b, c = (axis * axis for axis in self._axes("mass", self.mass))
         moments = [b + c, c + a, a + b]
         if is_quantity(a):
             from astropy import units as u

@@ -41,7 +41,9 @@ class Event:
     Parameters
     ----------
     direction : {-1, 0, 1}
+        1: where the condition's function rises as time grows; -1: where it falls; 0: both.
     terminal : bool
+        Whether the run stops there.
     """
 
     direction: int = 0
@@ -204,6 +206,8 @@ class Escape(_OfPair):
     ----------
     i, j : int
     distance : float or Quantity
+    direction : {-1, 0, 1}
+        1: the pair comes to be so; -1: it ceases to.
     terminal : bool
     """
 
@@ -234,6 +238,7 @@ class Function(Event):
     f : callable
         Takes a :class:`fullbody.State`, gives a number or a Quantity.
     direction : {-1, 0, 1}
+        1: it rises through zero as time grows; -1: it falls.
     terminal : bool
 
     Examples

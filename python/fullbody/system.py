@@ -76,7 +76,8 @@ class System:
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass), optional
-        Names or astropy units. Results are then Quantities, and plain numbers are taken to be in these units.
+        Names or astropy units. Results are then Quantities, and plain numbers are taken to be in these units. Text
+        with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
     attitude_chart : {"quaternion", "tait_bryan"}
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
@@ -310,8 +311,8 @@ class System:
         Parameters
         ----------
         state : State
-        until : float or Quantity
-            End of the run; before ``state.time`` to run backwards.
+        until : float, Quantity or text with a unit
+            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
         output : None, float, Quantity or array_like
             ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
             times.

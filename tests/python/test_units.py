@@ -168,6 +168,7 @@ def test_mixtures_name_both():
     mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
     orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
     for call, words in (
+        (lambda: mixed.inertia, ["semi-axis a has the unit km", "mass of Alpha has none"]),
         (lambda: mixed.density, ["semi-axis a has the unit km", "mass of Alpha has none"]),
         (lambda: fullbody.Body(fullbody.Ellipsoid(1 * u.km, 1, 1), density=2.0).mass, ["axis a has", "density"]),
         (lambda: plain.potential([2, 0, 0] * u.km), ["points has the unit km", "semi-axis a has none"]),
