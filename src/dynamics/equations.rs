@@ -84,15 +84,15 @@ impl Dynamics {
         for index in 0..self.pairs.len() {
             let (i, j, _) = self.pairs[index];
             let pose = self.pose(y, i, j);
-            self.system.check_apart(i, j, &pose, time)?;
-            let closing = self.closing(y, i, j, &pose, step);
+            let growth = self.system.check_apart(i, j, &pose, time)?;
+            let closing = self.closing(y, i, j, &pose, growth, step);
             self.pairs[index].2.prepare(&pose, closing)?;
         }
         Ok(())
     }
 
     /// How much of the separation a step may close without overlap: moving straight on, and falling from that line.
-    fn closing(&self, y: &[f64], i: usize, j: usize, pose: &Pose, step: f64) -> f64 {
+    fn closing(&self, y: &[f64], i: usize, j: usize, pose: &Pose, growth: f64, step: f64) -> f64 {
         let (vi, vj) = (self.layout.velocity(i), self.layout.velocity(j));
         let path = (vector(y, vj) - vector(y, vi)) * step;
         let distance = pose.separation.norm();
@@ -108,15 +108,11 @@ impl Dynamics {
         let (first, second) = (&bodies[i].shape, &bodies[j].shape);
         let touching = if reach > first.circumradius() + second.circumradius() {
             0.0
+        } else if growth.is_finite() {
+            1.0 / growth
         } else {
-            let grow = crate::shape::contact_function(
-                first,
-                second,
-                &pose.separation,
-                &pose.rotation_first,
-                &pose.rotation_second,
-            );
-            1.0 / grow.sqrt()
+            let (a, b) = (&pose.rotation_first, &pose.rotation_second);
+            1.0 / crate::shape::contact_function(first, second, &pose.separation, a, b).sqrt()
         };
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }

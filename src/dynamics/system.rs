@@ -6,7 +6,7 @@ use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{BodyGravity, Method, Pair, Pose};
 use crate::quadrature::Order;
-use crate::shape::{Body, overlap};
+use crate::shape::{Body, growth};
 use pulp::Arch;
 
 /// How the gravity of a system is computed and its attitudes are kept.
@@ -150,20 +150,16 @@ impl System {
         Ok(())
     }
 
-    pub(super) fn check_apart(&self, i: usize, j: usize, pose: &Pose, time: f64) -> Result<()> {
+    /// The factor by which two bodies have to grow to touch, no more than needed of it: infinite where their
+    /// circumscribed spheres are apart.
+    pub(super) fn check_apart(&self, i: usize, j: usize, pose: &Pose, time: f64) -> Result<f64> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
-        let apart = !overlap(
-            &first.shape,
-            &second.shape,
-            &pose.separation,
-            &pose.rotation_first,
-            &pose.rotation_second,
-        );
-        if apart {
-            Ok(())
-        } else {
-            Err(Error::BodiesOverlap { first: first.name.clone(), second: second.name.clone(), time })
-        }
+        growth(&first.shape, &second.shape, &pose.separation, &pose.rotation_first, &pose.rotation_second)
+            .ok_or_else(|| Error::BodiesOverlap {
+                first: first.name.clone(),
+                second: second.name.clone(),
+                time,
+            })
     }
 
     /// Forces, torques and potential energy.

@@ -40,6 +40,11 @@ impl FixedStepper {
         self.time.value()
     }
 
+    /// Size of the steps.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
     /// Present vector and what rounding dropped of it.
     pub fn vector(&self) -> (&[f64], &[f64]) {
         (&self.high, &self.low)

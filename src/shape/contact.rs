@@ -43,22 +43,26 @@ pub fn contact_function(
     })
 }
 
-/// Whether the interiors of two bodies share a point. Touching surfaces do not overlap.
-pub fn overlap(
+/// The factor by which two bodies must grow to touch, infinite where their circumscribed spheres are apart; `None`
+/// where their interiors share a point. Touching surfaces do not overlap.
+pub fn growth(
     first: &Shape,
     second: &Shape,
     separation: &Vec3,
     rotation_first: &Mat3,
     rotation_second: &Mat3,
-) -> bool {
+) -> Option<f64> {
     // Rounding of the contact function: a gap this small relative to the bodies is contact.
     const TOUCHING: f64 = 1e-13;
     let distance = separation.norm();
     if distance == 0.0 {
-        return true;
+        return None;
     }
-    distance < first.circumradius() + second.circumradius()
-        && contact_function(first, second, separation, rotation_first, rotation_second) < 1.0 - TOUCHING
+    if distance >= first.circumradius() + second.circumradius() {
+        return Some(f64::INFINITY);
+    }
+    let square = contact_function(first, second, separation, rotation_first, rotation_second);
+    (square >= 1.0 - TOUCHING).then(|| square.sqrt())
 }
 
 /// Sum of x_i^2 / a_i^2: below one inside.

@@ -3,7 +3,7 @@
 use super::integrator::{Engine, Integrator};
 use super::motion::{Motion, Parted};
 use crate::dynamics::{Inner, Parts, Splitting};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::integrate::{FixedStepper, Memory, Segment, Statistics, Stepper, Tolerance, VERNER98};
 
 /// Tolerance of the runs between the ends of fixed steps.
@@ -54,6 +54,19 @@ impl Mover {
                 }))
             }
         })
+    }
+
+    /// Refuses a run of more fixed steps than a double counts, which would not end.
+    pub fn check_reach(&self, until: f64) -> Result<()> {
+        if let Self::Fixed(fixed) = self {
+            let steps = (until - fixed.stepper.time()).abs() / fixed.stepper.size();
+            if steps > 1.0 / f64::EPSILON {
+                let expected = format!("a longer one; until {until} takes {steps:.1e} of them");
+                let size = format!("{:e}", fixed.stepper.size());
+                return Err(Error::invalid("step", size, expected));
+            }
+        }
+        Ok(())
     }
 
     pub fn time(&self) -> f64 {

@@ -128,6 +128,7 @@ impl Simulation {
         hook: &mut dyn FnMut(&Self, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
         require_finite("until", &[until])?;
+        self.mover.check_reach(until)?;
         let Run { output, events, dense } = run;
         let start = self.time();
         let mut times = Times::new(start, until, output)?;

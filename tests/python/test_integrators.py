@@ -130,6 +130,13 @@ def test_refused_steps(make, step):
         fullbody.Simulation(*CASE1, make(step))
 
 
+@pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
+def test_runs_of_more_steps_than_can_be_counted(make):
+    system, state = KW4
+    with pytest.raises(fullbody.InvalidInput, match=r"step is 1e-300; expected a longer one; until 1 takes 1.0e300"):
+        system.integrate(state, 1.0, integrator=make(1e-300))
+
+
 @pytest.mark.parametrize("name", ADAPTIVE)
 @pytest.mark.parametrize("value", [-1e-9, 1.0, float("nan"), float("inf"), "tight", None, True, [1e-9]], ids=str)
 def test_refused_tolerances(name, value):

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use fullbody::math::{Mat3, Vec3};
-use fullbody::shape::{Body, Ellipsoid, Shape, contact_function, overlap};
+use fullbody::shape::{Body, Ellipsoid, Shape, contact_function, growth};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -139,6 +139,10 @@ fn contact_along_an_axis() {
         1e-15,
     );
     assert_eq!(contact(&Shape::Point, &Shape::Point, x), f64::INFINITY);
+}
+
+fn overlap(first: &Shape, second: &Shape, separation: &Vec3, ra: &Mat3, rb: &Mat3) -> bool {
+    growth(first, second, separation, ra, rb).is_none()
 }
 
 #[test]
