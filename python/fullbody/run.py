@@ -125,7 +125,7 @@ class Run:
         What was watched for and happened, in order of the run.
     stop_reason : str
         ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
-        error).
+        error); ``"unknown"`` in a run from a file that does not tell.
     dense : Dense or None
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     """
@@ -392,6 +392,17 @@ class Run:
         Returns
         -------
         xarray.Dataset
+            Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
+            variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
+            for, as JSON, and ``event_asked`` counts into that list.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 100.0, output=50.0, events=[fullbody.events.Apoapsis(0, 1)])
+        >>> run.to_xarray().event_time.round(3).values.tolist()
+        [48.719, 92.867]
         """
         from .io import to_xarray
 
@@ -421,9 +432,19 @@ class Run:
     def save(self, path: Any) -> None:
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
 
+        Kept are samples, set-up, statistics, events and the stop reason. Not kept are the continuous solution of
+        ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the name, with the
+        times and states where they vanished.
+
         Parameters
         ----------
         path : str or Path
+            Ending in ``.nc`` or ``.nc4``.
+
+        Raises
+        ------
+        InvalidInput
+            For another ending.
         """
         from .io import save
 

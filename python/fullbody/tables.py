@@ -111,12 +111,13 @@ def of_system(system: System) -> Table:
     return Table("System", (), rows)
 
 
-def of_state(state: State) -> Table:
-    """Position, velocity, attitude and spin, a body a row."""
+def of_state(state: State, bodies: Sequence[str] | None = None) -> Table:
+    """Position, velocity, attitude and spin, a body a row, by its name or else its place."""
     names = ("position", "velocity", "attitude", "spin")
     columns = [np.asarray(getattr(getattr(state, name), "value", getattr(state, name))) for name in names]
     header = ["body", *(_head(name, getattr(getattr(state, name), "unit", "")) for name in names)]
-    rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(state))]
+    bodies = [str(k) for k in range(len(state))] if bodies is None else bodies
+    rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
     return Table(f"State at time {number(state.time)}", header, list(rows))
 
 

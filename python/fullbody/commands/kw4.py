@@ -13,6 +13,8 @@ import numpy as np
 
 from .. import paper, systems
 from ..integrators import Verner98
+from ..io import netcdf
+from ..plots._style import matplotlib
 from ..run import Run
 
 _SHAPES: tuple[Literal["ellipsoid", "spheroid"], ...] = ("ellipsoid", "spheroid")
@@ -64,6 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run, print, write."""
     from . import kw4_figures as figures
 
+    # What is missing is said before the work, not after it.
+    netcdf()
+    matplotlib("figure")
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
     methods = _METHODS if arguments.gravity == "both" else (arguments.gravity,)

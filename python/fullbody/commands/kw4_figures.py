@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import paper
+from ..plots._style import matplotlib
 from ..run import Run
 
 _STYLES = {
@@ -22,9 +23,7 @@ def all_figures(runs: dict[str, Run]) -> dict[str, Any]:
 
 
 def _figure(rows: int, height: float) -> Any:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.0, height), layout="constrained")
+    figure = matplotlib("figure").Figure(figsize=(7.0, height), layout="constrained")
     return figure, figure.subplots(rows, 1, sharex=True)
 
 

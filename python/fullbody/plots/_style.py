@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._units import need
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -34,6 +36,12 @@ _JUMP = 170.0
 
 #: Names longer than this would run into what stands beside them.
 _NAME = 12
+
+
+def matplotlib(module: str = "pyplot") -> Any:
+    """A module of matplotlib."""
+    with need("plot", "a picture"):
+        return import_module(f"matplotlib.{module}")
 
 
 def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
@@ -118,10 +126,9 @@ def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> A
 def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tuple[Any, Any]:
     """The caller's axes, flat, or new ones; and what to return."""
     if axes is None:
-        import matplotlib.pyplot as plt
-
         rows, columns = shape if len(shape) == 2 else (shape[0], 1)
-        grid_of_axes = plt.subplots(rows, columns, figsize=size, sharex=True, squeeze=False, layout="constrained")[1]
+        options = {"figsize": size, "sharex": True, "squeeze": False, "layout": "constrained"}
+        grid_of_axes = matplotlib().subplots(rows, columns, **options)[1]
         return list(grid_of_axes.flat), grid_of_axes.reshape(shape)
     flat = list(np.asarray(axes, dtype=object).flat)
     if len(flat) != int(np.prod(shape)):
@@ -133,9 +140,7 @@ def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     """The caller's axes, or new ones."""
     if ax is not None:
         return ax
-    import matplotlib.pyplot as plt
-
-    return plt.figure(figsize=size, layout="constrained").add_subplot(**projection)
+    return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
 
 
 def check_body(run: Run, index: int, what: str) -> int:

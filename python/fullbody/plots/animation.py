@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .._files import replacing
+from .._files import check_suffix, replacing
 from ..errors import FullbodyError, InvalidInput
 from ._style import barycentric, check_samples, unit
 from .sampling import evenly, warn_if_aliased
@@ -35,8 +35,7 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
     """See :meth:`fullbody.Run.animate`."""
     path = Path(path)
     kind = path.suffix.lower()
-    if kind not in _SUFFIXES:
-        raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(_SUFFIXES)}")
+    check_suffix(path, _SUFFIXES)
     if not isinstance(seconds, int | float) or not 0.0 < seconds < float("inf"):
         raise InvalidInput(f"seconds is {seconds!r}; expected a number above zero")
     if not isinstance(fps, int) or fps < 1:
