@@ -336,8 +336,7 @@ class Run:
         seconds : float
             Length of the film.
         fps : int
-            Pictures a second. They are samples of the run, so an even spacing
-            (``output=``) with at least ``seconds * fps`` samples gives a smooth film.
+            Pictures a second, even in time; between samples as in :meth:`fullbody.plots.Plots.scene`.
         size : (float, float)
             Width and height in inches.
         dpi : float
@@ -358,7 +357,8 @@ class Run:
         Warns
         -----
         UserWarning
-            Where a body makes more than half a turn between two pictures.
+            Where a body makes more than half a turn between two pictures, or between two samples of a run without
+            ``dense=True``.
         """
         from .plots.animation import animate
 
@@ -370,7 +370,8 @@ class Run:
         Parameters
         ----------
         samples : int
-            At most so many samples of the run, even in time.
+            At most so many moments of the run: its samples and others between them, or where it has more samples,
+            moments even in time.
 
         Returns
         -------
@@ -380,7 +381,8 @@ class Run:
         Warns
         -----
         UserWarning
-            Where a body makes more than half a turn between two samples.
+            Where a body makes more than half a turn between two moments, or between two samples of a run without
+            ``dense=True``.
         """
         from .view import View
 
