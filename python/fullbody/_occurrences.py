@@ -79,7 +79,8 @@ def from_dataset(dataset: Any, system: System) -> list[Occurrence]:
     record = {name: np.array(dataset[f"event_{name}"].values, dtype=np.float64, order="C") for name in _VARIABLES}
     happened = []
     for k, place in enumerate(dataset["event_asked"].values):
-        core = _core.State(*(float(v[k]) if v.ndim == 1 else np.ascontiguousarray(v[k]) for v in record.values()))
+        arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
+        core = _core.State(float(record["time"][k]), *arrays)
         state = State._wrap(core, system._units)
         happened.append(Occurrence(asked[int(place)], state.time, state))
     return happened

@@ -37,7 +37,8 @@ def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
     passed = known <= end if known[-1] >= known[0] else known >= end
     stops = np.append(known[passed], [end] if end not in known else [])
     parts = max(1, (count - 1) // max(1, len(stops) - 1))
-    return np.interp(np.linspace(0, len(stops) - 1, (len(stops) - 1) * parts + 1), np.arange(len(stops)), stops)
+    places = np.linspace(0, len(stops) - 1, (len(stops) - 1) * parts + 1)
+    return np.asarray(np.interp(places, np.arange(len(stops)), stops))
 
 
 def at(run: Run, times: Array) -> tuple[Array, Array]:
@@ -75,7 +76,7 @@ def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Arr
     interval = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
     bent = (arc <= 0.5 * np.pi * chord)[interval][..., None]
     straight = interp1d(known, centres, axis=0)(times)
-    return np.where(bent, CubicHermiteSpline(known, centres, velocities)(times), straight)
+    return np.asarray(np.where(bent, CubicHermiteSpline(known, centres, velocities)(times), straight))
 
 
 def _from_barycentre(run: Run, vectors: Array) -> Array:

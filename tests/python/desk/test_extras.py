@@ -38,7 +38,7 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in ("orbit", "elements", "spin
         ("matplotlib", [f"run.{call}" for call in (*PICTURES, "animate('a.gif')")], "plot"),
         ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
         ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
-        ("scipy", ["observables.libration(run)", "observables.mutual_period(run)"], "analysis"),
+        ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
         ("xarray", ["run.to_xarray()", "run.save('a.nc')", "fullbody.load('a.nc')", "main(['kw4'])"], "data"),
         ("h5netcdf", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
