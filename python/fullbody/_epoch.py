@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from ._units import need
 from .errors import InvalidInput
 
 _SCALES = ("tai", "tcb", "tcg", "tdb", "tt", "ut1", "utc")
@@ -29,7 +30,8 @@ def to_text(epoch: Any) -> str:
 
 def to_time(text: str) -> Any:
     """The astropy Time of such a text."""
-    from astropy.time import Time
+    with need("units", "an epoch"):
+        from astropy.time import Time
 
     date, scale = text.split(" ")
     try:

@@ -9,7 +9,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-__all__ = ["replacing"]
+from .errors import InvalidInput
+
+__all__ = ["check_suffix", "replacing"]
+
+
+def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
+    """Refuse a name that ends otherwise."""
+    if Path(path).suffix.lower() not in suffixes:
+        raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(suffixes)}")
 
 
 @contextmanager

@@ -109,8 +109,10 @@ def need(extra: str, what: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        text = f"{what} needs the package {error.name}: pip install 'fullbody[{extra}]'"
-        raise ModuleNotFoundError(text, name=error.name) from error
+        name = (error.name or "").partition(".")[0]
+        raise ModuleNotFoundError(
+            f"{what} needs the package {name}: pip install 'fullbody[{extra}]'", name=name
+        ) from error
 
 
 class Units:

@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = build_parser().parse_args(argv)
     try:
         return int(arguments.run(arguments))
-    except (FullbodyError, OSError) as error:
+    except (FullbodyError, ImportError, OSError) as error:
         print(f"fullbody: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

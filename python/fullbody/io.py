@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ._files import replacing
+from . import _occurrences
+from ._files import check_suffix, replacing
 from ._units import need
 from .errors import InvalidInput
 from .integrators import Integrator, rebuild
@@ -31,6 +33,8 @@ _COORDINATES = {
     "part": ["total", "translational", "rotational", "potential"],
 }
 _FORMAT = 1
+#: Endings of the names of runs' files.
+SUFFIXES = (".nc", ".nc4")
 
 
 def to_xarray(run: Run) -> Any:
@@ -53,19 +57,30 @@ def to_xarray(run: Run) -> Any:
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.system.names))
     coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
+    of_events, labels, asked = _occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
-        variables,
-        coordinates,
+        variables | of_events,
+        coordinates | labels,
         {
             "title": "fullbody run",
             "fullbody_version": __version__,
             "fullbody_format": _FORMAT,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
+            "fullbody_events": asked,
+            "stop_reason": run.stop_reason,
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         },
     )
+
+
+def netcdf() -> Any:
+    """xarray, able to read and write NetCDF."""
+    with need("data", "a run as a file"):
+        import h5netcdf  # noqa: F401
+        import xarray as xr
+    return xr
 
 
 def to_pandas(run: Run) -> Any:
@@ -97,6 +112,8 @@ def to_pandas(run: Run) -> Any:
 
 def save(run: Run, path: Any) -> None:
     """Write a run; see :meth:`fullbody.Run.save`."""
+    check_suffix(path, SUFFIXES)
+    netcdf()
     dataset = run.to_xarray()
     with replacing(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")
@@ -112,30 +129,58 @@ def load(path: Any) -> Run:
     Returns
     -------
     Run
-        Equal to the one that was saved, bit for bit.
+        Equal to the one that was saved, bit for bit, with its events and stop reason; see :meth:`fullbody.Run.save` for
+        what a file cannot hold.
 
     Raises
     ------
     InvalidInput
-        For a file that is not a run of this package, or a damaged one.
+        For a file that is not a run of this package, or a damaged one; says what is wrong.
+    FileNotFoundError
+        Where there is no such file.
     """
-    with need("data", "loading a run"):
-        import xarray as xr
-
+    xr = netcdf()
+    path = Path(path)
     try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
-            dataset.load()
+        _check_signature(path)
+        try:
+            with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+                dataset.load()
+        except (OSError, RuntimeError, KeyError) as error:
+            raise InvalidInput("it is truncated or damaged") from error
         return _run(dataset)
-    except FileNotFoundError:
-        raise
     except KeyError as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: it has no {error}") from error
-    except (OSError, TypeError, ValueError) as error:
+    except (TypeError, ValueError) as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: {error}") from error
+
+
+def _check_signature(path: Path) -> None:
+    """Refuse what is no NetCDF-4 file by its first bytes; the libraries' own messages tell of their inner workings."""
+    if not path.exists():
+        raise FileNotFoundError(f"no file {path}")
+    if path.is_dir():
+        raise InvalidInput("it is a folder")
+    with path.open("rb") as file:
+        begin = file.read(20)
+    if not begin:
+        raise InvalidInput("it is empty")
+    if begin.startswith(b"fullbody simulation"):
+        raise InvalidInput("it is a simulation; fullbody.Simulation.load reads it")
+    if begin.startswith(b"CDF"):
+        raise InvalidInput("it is NetCDF of the classic kind; runs are NetCDF-4")
+    if not begin.startswith(b"\x89HDF\r\n\x1a\n"):
+        raise InvalidInput("it is not a NetCDF file")
 
 
 def _run(dataset: Any) -> Run:
     """The run in a dataset."""
+    for name in ("fullbody_format", "fullbody_setup", "fullbody_statistics"):
+        if name not in dataset.attrs:
+            raise InvalidInput(f"it has no attribute {name}")
+    for name in ("time", *_VARIABLES):
+        if name not in dataset.variables:
+            raise InvalidInput(f"it has no variable {name}")
     if dataset.attrs["fullbody_format"] > _FORMAT:
         raise InvalidInput(f"a newer fullbody wrote it, {dataset.attrs['fullbody_version']}")
     system, integrator = _restore(json.loads(dataset.attrs["fullbody_setup"]))
@@ -146,7 +191,10 @@ def _run(dataset: Any) -> Run:
         expected = (len(record["time"]), *(sizes[dim] for dim in dims))
         if record[name].shape != expected:
             raise InvalidInput(f"{name} has shape {record[name].shape}; expected {expected}")
-    return Run(system, record, counts, integrator)
+    run = Run(system, record, counts, integrator)
+    run.events = _occurrences.from_dataset(dataset, system)
+    run.stop_reason = dataset.attrs.get("stop_reason", "unknown")
+    return run
 
 
 def _describe(system: System, integrator: Integrator) -> dict[str, Any]:

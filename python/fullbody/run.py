@@ -137,7 +137,7 @@ class Run:
         What was watched for and happened, in order of the run.
     stop_reason : str
         ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
-        error).
+        error); ``"unknown"`` in a run from a file that does not tell.
     dense : Dense or None
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     """
@@ -368,8 +368,7 @@ class Run:
         seconds : float
             Length of the film.
         fps : int
-            Pictures a second. They are samples of the run, so an even spacing
-            (``output=``) with at least ``seconds * fps`` samples gives a smooth film.
+            Pictures a second, even in time; between samples as in :meth:`fullbody.plots.Plots.scene`.
         size : (float, float)
             Width and height in inches.
         dpi : float
@@ -390,7 +389,8 @@ class Run:
         Warns
         -----
         UserWarning
-            Where a body makes more than half a turn between two pictures.
+            Where a body makes more than half a turn between two pictures, or between two samples of a run without
+            ``dense=True``.
         """
         from .plots.animation import animate
 
@@ -402,7 +402,8 @@ class Run:
         Parameters
         ----------
         samples : int
-            At most so many samples of the run, even in time.
+            At most so many moments of the run: its samples and others between them, or where it has more samples,
+            moments even in time.
 
         Returns
         -------
@@ -412,7 +413,8 @@ class Run:
         Warns
         -----
         UserWarning
-            Where a body makes more than half a turn between two samples.
+            Where a body makes more than half a turn between two moments, or between two samples of a run without
+            ``dense=True``.
         """
         from .view import View
 
@@ -424,6 +426,17 @@ class Run:
         Returns
         -------
         xarray.Dataset
+            Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
+            variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
+            for, as JSON, and ``event_asked`` counts into that list.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 100.0, output=50.0, events=[fullbody.events.Apoapsis(0, 1)])
+        >>> run.to_xarray().event_time.round(3).values.tolist()
+        [48.719, 92.867]
         """
         from .io import to_xarray
 
@@ -453,9 +466,19 @@ class Run:
     def save(self, path: Any) -> None:
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
 
+        Kept are samples, set-up, statistics, events and the stop reason. Not kept are the continuous solution of
+        ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the name, with the
+        times and states where they vanished.
+
         Parameters
         ----------
         path : str or Path
+            Ending in ``.nc`` or ``.nc4``.
+
+        Raises
+        ------
+        InvalidInput
+            For another ending.
         """
         from .io import save
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import html
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from .system import System
 
 __all__ = ["Table", "of_bodies", "of_body", "of_elements", "of_run", "of_state", "of_system", "to_html", "to_text"]
+
+
+#: What ended a run before its time.
+_STOPPED = {"event": "by the last event", "interrupted": "by an interrupt", "unfinished": "by an error"}
 
 
 @dataclass(slots=True)
@@ -42,7 +47,7 @@ def to_html(*tables: Table) -> str:
     for table in tables:
         head = f"<thead>{row(table.header, 'th')}</thead>" if table.header else ""
         body = "".join(row(cells, "td") for cells in table.rows)
-        caption = f'<caption style="text-align:left"><b>{html.escape(table.caption)}</b></caption>'
+        caption = f'<caption style="text-align:left;padding-top:.6em"><b>{html.escape(table.caption)}</b></caption>'
         parts.append(f"<table>{caption}{head}<tbody>{body}</tbody></table>")
     return "".join(parts)
 
@@ -72,7 +77,8 @@ def number(value: Any, digits: int = 8) -> str:
 
 def vector(value: Any, digits: int = 6) -> str:
     """Components in brackets."""
-    return "(" + ", ".join(f"{float(component):.{digits}g}" for component in np.asarray(value)) + ")"
+    # Zero is added since it turns -0 into 0.
+    return "(" + ", ".join(f"{float(component) + 0.0:.{digits}g}" for component in np.asarray(value)) + ")"
 
 
 def _head(name: str, unit: object) -> str:
@@ -115,12 +121,13 @@ def of_system(system: System) -> Table:
     return Table("System", (), rows)
 
 
-def of_state(state: State) -> Table:
-    """Position, velocity, attitude and spin, a body a row."""
+def of_state(state: State, bodies: Sequence[str] | None = None) -> Table:
+    """Position, velocity, attitude and spin, a body a row, by its name or else its place."""
     names = ("position", "velocity", "attitude", "spin")
     columns = [np.asarray(getattr(getattr(state, name), "value", getattr(state, name))) for name in names]
     header = ["body", *(_head(name, getattr(getattr(state, name), "unit", "")) for name in names)]
-    rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(state))]
+    bodies = [str(k) for k in range(len(state))] if bodies is None else bodies
+    rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
     return Table(f"State at time {number(state.time)}", header, list(rows))
 
 
@@ -144,7 +151,7 @@ def of_elements(elements: KeplerElements) -> Table:
 
 
 def of_run(run: Run) -> Table:
-    """Span, counts and conservation of a run."""
+    """Span, counts, events and conservation of a run."""
     s, integrator = run.statistics, run.integrator
     rows: list[Sequence[str]] = [("samples", str(len(run)))]
     if len(run):
@@ -153,6 +160,11 @@ def of_run(run: Run) -> Table:
         ("integrator", repr(integrator)),
         ("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"),
     ]
+    kinds = Counter(type(happened.event).__name__ for happened in run.events)
+    if kinds:
+        rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
+    if run.stop_reason in _STOPPED:
+        rows.append(("stopped", _STOPPED[run.stop_reason]))
     if len(run):
         with np.errstate(invalid="ignore", divide="ignore"):
             drifts = (

@@ -117,6 +117,13 @@ def damaged(kind, path):
         small_run().save(path)
         data = path.read_bytes()
         path.write_bytes(data[: int(len(data) * float(kind.split()[1]))])
+    elif kind == "classic":
+        from scipy.io import netcdf_file
+
+        with netcdf_file(path, "w") as file:
+            file.createDimension("t", 2)
+    elif kind == "simulation":
+        fullbody.Simulation(*fullbody.systems.case1()).save(path)
     elif kind == "foreign":
         import xarray as xr
 
@@ -144,21 +151,48 @@ def damaged(kind, path):
         dataset.to_netcdf(path, engine="h5netcdf")
 
 
-DAMAGE = ["empty", "text", "truncated 0.1", "truncated 0.5", "truncated 0.97", "foreign", "no spin", "broken setup"]
-DAMAGE += ["other setup", "unknown shape", "no format", "newer", "wrong shape", "text for numbers"]
+DAMAGE = {
+    "empty": "it is empty",
+    "text": "it is not a NetCDF file",
+    "truncated 0.1": "it is truncated or damaged",
+    "truncated 0.5": "it is truncated or damaged",
+    "truncated 0.97": "it is truncated or damaged",
+    "foreign": "it has no attribute fullbody_format",
+    "classic": "it is NetCDF of the classic kind; runs are NetCDF-4",
+    "simulation": "it is a simulation; fullbody.Simulation.load reads it",
+    "no spin": "it has no variable spin",
+    "broken setup": "",
+    "other setup": "it has no ",
+    "unknown shape": "it has no 'Potato'",
+    "no format": "it has no attribute fullbody_format",
+    "newer": "a newer fullbody wrote it",
+    "wrong shape": r"spin has shape \(6,\); expected \(6, 2, 3\)",
+    "text for numbers": "",
+}
 
 
 @pytest.mark.parametrize("kind", DAMAGE)
-def test_what_is_no_run_is_refused_with_its_path(kind, tmp_path):
+def test_what_is_no_run_is_refused_with_its_path_and_what_is_wrong(kind, tmp_path):
     path = tmp_path / "damaged.nc"
     damaged(kind, path)
-    with pytest.raises(fullbody.InvalidInput, match=r"damaged\.nc"):
+    with pytest.raises(fullbody.InvalidInput, match=rf"damaged\.nc is not a readable run of fullbody: {DAMAGE[kind]}"):
         fullbody.load(path)
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(FileNotFoundError, match="missing"):
+    with pytest.raises(FileNotFoundError, match=r"^no file .*missing\.nc$"):
         fullbody.load(tmp_path / "missing.nc")
+    with pytest.raises(fullbody.InvalidInput, match="it is a folder"):
+        fullbody.load(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["run.txt", "run", "run.nc.gz", "run.sim"])
+def test_names_of_other_kinds_of_files_are_refused(name, tmp_path):
+    with pytest.raises(fullbody.InvalidInput, match=rf"{name}'; expected a name that ends in one of \.nc, \.nc4"):
+        small_run().save(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+    for good in ("run.nc", "RUN.NC4"):
+        small_run().save(tmp_path / good)
 
 
 def test_dataset_has_names_units_and_provenance():

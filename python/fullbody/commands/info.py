@@ -39,7 +39,7 @@ def of_run(path: Path) -> str:
     run = load(path)
     parts = [tables.of_run(run), tables.of_system(run.system), tables.of_bodies(run.system)]
     if len(run):
-        parts.append(tables.of_state(run[-1]))
+        parts.append(tables.of_state(run[-1], run.system.names))
         if len(run.system) > 1:
             parts.append(tables.of_elements(run.elements()))
     return tables.to_text(*parts)
@@ -55,5 +55,6 @@ def of_toml(path: Path) -> str:
         ("integrator", repr(setup.integrator)),
         ("writes", str(setup.file)),
     ]
-    parts = [tables.of_system(setup.system), tables.of_bodies(setup.system), tables.of_state(setup.state)]
+    start = tables.of_state(setup.state, setup.system.names)
+    parts = [tables.of_system(setup.system), tables.of_bodies(setup.system), start]
     return tables.to_text(*parts, tables.Table("Run", (), list(rows)))

@@ -11,6 +11,8 @@ from typing import Any
 from .. import paper
 from .._files import replacing
 from ..integrators import Verner98
+from ..io import netcdf
+from ..plots._style import matplotlib
 from ..reproduce.kw4 import METHODS, SHAPES, Numbers, measure, year
 from ..run import Run
 
@@ -40,6 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run, print, write."""
     from ..reproduce import kw4_figures as figures
 
+    # What is missing is said before the work, not after it.
+    netcdf()
+    matplotlib("figure")
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
     methods = METHODS if arguments.gravity == "both" else (arguments.gravity,)

@@ -7,10 +7,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from .._files import check_suffix
 from ..errors import FullbodyError, Interrupted
+from ..io import SUFFIXES, netcdf
+from ..plots._style import matplotlib
 from ..toml_setup import read_toml
 
 __all__ = ["register"]
+
+_PAGES = (".png", ".pdf", ".svg")
 
 
 def register(subparsers: Any) -> None:
@@ -35,9 +40,16 @@ def run(arguments: argparse.Namespace) -> int:
 
     setup = read_toml(arguments.file)
     out = setup.file if arguments.out is None else arguments.out
-    for path in (out, arguments.page):
-        if path is not None and not path.parent.is_dir():
+    # All that could refuse the result is asked before the work, not after it.
+    for path, suffixes in ((out, SUFFIXES), (arguments.page, _PAGES)):
+        if path is None:
+            continue
+        check_suffix(path, suffixes)
+        if not path.parent.is_dir():
             raise FileNotFoundError(f"no folder {path.parent} to write {path.name} in")
+    netcdf()
+    if arguments.page is not None:
+        matplotlib("figure")
     progress = sys.stderr.isatty() and not arguments.quiet
     try:
         result = setup.run(_time(arguments.until), progress=progress)
@@ -74,8 +86,7 @@ def _time(text: str | None) -> Any:
 
 def _draw(result: Any, path: Path) -> None:
     """The page, on a figure of no window."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 7.0 + 2.1 * len(result.system)), layout="constrained")
+    height = 7.0 + 2.1 * len(result.system)
+    figure = matplotlib("figure").Figure(figsize=(11.0, height), layout="constrained")
     result.plot(figure)
     figure.savefig(path)

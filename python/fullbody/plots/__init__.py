@@ -157,19 +157,20 @@ class Plots:
 
         Notes
         -----
-        Logarithmic; samples whose drift is exactly zero leave a gap. The orbit's energy is potential + translational.
+        Logarithmic; samples whose drift is exactly zero are left out. The orbit's energy is potential + translational.
         """
         from .energy import energy
 
         return energy(self._run, ax, **kwargs)
 
     def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Any:
-        """The bodies in 3D with their axes, at the sample nearest to a time.
+        """The bodies in 3D with their axes at a time.
 
         Parameters
         ----------
         time : float or Quantity, optional
-            The end without it.
+            Within the run; the end without it. Between samples the bodies are where the continuous solution has them
+            (``dense=True``); without one, on a cubic through positions and velocities, turned the shorter way.
         ax : matplotlib Axes3D, optional
         path : bool
             Whether to draw the paths of the centres.
@@ -180,6 +181,11 @@ class Plots:
         -------
         matplotlib Axes3D
             Centred on the barycentre.
+
+        Raises
+        ------
+        InvalidInput
+            For a time outside the run.
         """
         from .scene import scene
 

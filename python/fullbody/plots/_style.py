@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._units import need
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -34,6 +36,12 @@ _JUMP = 170.0
 
 #: Names longer than this would run into what stands beside them.
 _NAME = 12
+
+
+def matplotlib(module: str = "pyplot") -> Any:
+    """A module of matplotlib."""
+    with need("plot", "a picture"):
+        return import_module(f"matplotlib.{module}")
 
 
 def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
@@ -95,14 +103,32 @@ def legend(ax: Any, columns: int = 3) -> None:
     )
 
 
-def steady(ax: Any) -> None:
-    """Where all curves are level but for round-off, show them as level: the ticks would count digits."""
+def steady(ax: Any, scale: float = 0.0) -> None:
+    """Where all curves are level but for round-off, show them as level: the ticks would count digits.
+
+    Level is what stays within 1e-8 of its size, or of ``scale`` where it is smaller than that.
+    """
     low, high = ax.dataLim.intervaly
-    size = max(abs(low), abs(high))
+    size = max(abs(low), abs(high), scale)
     # Curves of zeros get limits from matplotlib.
     if size > 0.0 and high - low < 1e-8 * size:
+        margin = 0.02 * size if size > scale else 20.0 * size
         # Curves drawn later may still change the limits.
-        ax.set_ylim(low - 0.02 * size, high + 0.02 * size, auto=True)
+        ax.set_ylim(low - margin, high + margin, auto=True)
+
+
+def degrees(ax: Any) -> None:
+    """Ticks of a y-axis of angles: quarters and twelfths of a turn, and tens below them."""
+    ticker = matplotlib("ticker")
+
+    class Locator(ticker.MaxNLocator):  # type: ignore[misc, name-defined]
+        def tick_values(self, low: float, high: float) -> Any:
+            for step in (15.0, 30.0, 45.0, 90.0, 180.0):
+                if 2.5 * step < high - low <= 5.0 * step or (step == 180.0 and high - low > 900.0):
+                    return step * np.arange(np.floor(low / step), np.ceil(high / step) + 1)
+            return super().tick_values(low, high)
+
+    ax.yaxis.set_major_locator(Locator(5, steps=[1, 2, 2.5, 5, 10]))
 
 
 def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
@@ -118,10 +144,9 @@ def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> A
 def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tuple[Any, Any]:
     """The caller's axes, flat, or new ones; and what to return."""
     if axes is None:
-        import matplotlib.pyplot as plt
-
         rows, columns = shape if len(shape) == 2 else (shape[0], 1)
-        grid_of_axes = plt.subplots(rows, columns, figsize=size, sharex=True, squeeze=False, layout="constrained")[1]
+        options = {"figsize": size, "sharex": True, "squeeze": False, "layout": "constrained"}
+        grid_of_axes = matplotlib().subplots(rows, columns, **options)[1]
         return list(grid_of_axes.flat), grid_of_axes.reshape(shape)
     flat = list(np.asarray(axes, dtype=object).flat)
     if len(flat) != int(np.prod(shape)):
@@ -133,9 +158,7 @@ def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     """The caller's axes, or new ones."""
     if ax is not None:
         return ax
-    import matplotlib.pyplot as plt
-
-    return plt.figure(figsize=size, layout="constrained").add_subplot(**projection)
+    return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
 
 
 def check_body(run: Run, index: int, what: str) -> int:
@@ -162,10 +185,15 @@ def check_samples(run: Run) -> None:
         raise InvalidInput("the run has no samples; expected at least one to draw")
 
 
-def attitudes(run: Run, body: int) -> _core.State:
-    """The attitudes of one body along the run, for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
-    zeros = np.zeros((len(run), 3))
-    return _core.State(0.0, zeros, zeros, np.ascontiguousarray(run._record["attitude"][:, body]), zeros)
+def attitudes(quaternions: Array) -> _core.State:
+    """Attitudes (K, 4), for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
+    zeros = np.zeros((len(quaternions), 3))
+    return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)
+
+
+def attitudes_of(run: Run, body: int) -> _core.State:
+    """Those of one body along the run."""
+    return attitudes(run._record["attitude"][:, body])
 
 
 def semi_axes(run: Run, body: int) -> Array | None:
@@ -179,10 +207,3 @@ def semi_axes(run: Run, body: int) -> Array | None:
 def masses(run: Run) -> Array:
     """Masses (N,) as numbers."""
     return np.array([body._core(run.system._units, i).mass for i, body in enumerate(run.system.bodies)])
-
-
-def barycentric(run: Run) -> Array:
-    """Centres (K, N, 3) from the barycentre."""
-    position = run._record["position"]
-    weights = masses(run)
-    return np.asarray(position - np.einsum("n,knx->kx", weights / weights.sum(), position)[:, None])

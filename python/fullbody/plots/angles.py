@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import attitudes, check_samples, chosen, draw_angle, grid, legend, line, panels, short, time_label
+from ._style import (
+    attitudes_of,
+    check_samples,
+    chosen,
+    degrees,
+    draw_angle,
+    grid,
+    legend,
+    line,
+    panels,
+    short,
+    time_label,
+)
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -22,13 +34,14 @@ def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs
     flat, result = panels(axes, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
     time = run._record["time"]
     for row, body in enumerate(places):
-        degrees = np.rad2deg(attitudes(run, body).tait_bryan)
+        values = np.rad2deg(attitudes_of(run, body).tait_bryan)
         left, right = flat[2 * row], flat[2 * row + 1]
         for ax, columns in ((left, (0, 1)), (right, (2,))):
             for column in columns:
-                draw_angle(ax, time, degrees[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
+                draw_angle(ax, time, values[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
             ax.set_ylabel(", ".join(_SYMBOLS[c] for c in columns) + " [deg]")
             ax.set_title(short(run.system.names[body]), fontsize="medium", loc="left")
+            degrees(ax)
             grid(ax)
             legend(ax)
     for ax in flat[-2:]:

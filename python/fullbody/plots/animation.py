@@ -6,11 +6,14 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .._files import replacing
+import numpy as np
+
+from .._files import check_suffix, replacing
 from ..errors import FullbodyError, InvalidInput
-from ._style import barycentric, check_samples, unit
-from .sampling import evenly, warn_if_aliased
-from .scene import draw_body, scene
+from ._style import check_samples, matplotlib
+from .between import at
+from .sampling import warn_if_aliased
+from .scene import draw_body, scene, title
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -35,33 +38,31 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
     """See :meth:`fullbody.Run.animate`."""
     path = Path(path)
     kind = path.suffix.lower()
-    if kind not in _SUFFIXES:
-        raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(_SUFFIXES)}")
+    check_suffix(path, _SUFFIXES)
     if not isinstance(seconds, int | float) or not 0.0 < seconds < float("inf"):
         raise InvalidInput(f"seconds is {seconds!r}; expected a number above zero")
     if not isinstance(fps, int) or fps < 1:
         raise InvalidInput(f"fps is {fps!r}; expected a whole number above zero")
     check_samples(run)
-    from matplotlib import animation
-
+    animation = matplotlib("animation")
     if kind == ".mp4" and not animation.writers.is_available("ffmpeg"):
         raise FullbodyError("an MP4 needs the program ffmpeg, which is not found; install it, or write .gif or .html")
-    places = evenly(run, max(2, round(seconds * fps)))
-    warn_if_aliased(run, places)
-
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
+    known = run._record["time"]
+    times = np.linspace(known[0], known[-1], max(2, round(seconds * fps)) if len(known) > 1 else 1)
+    warn_if_aliased(run, times)
     # A figure of no window: a film is a file.
-    figure = Figure(figsize=size)
-    FigureCanvasAgg(figure)
+    figure = matplotlib("figure").Figure(figsize=size)
+    matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
     ax = figure.add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
     scene(run, None, ax, path=True)
     # The bodies are drawn anew in each picture; their paths stay.
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
     for artist in moving:
         artist.remove()
-    centres, names, name = barycentric(run), run.system.names, unit(run, "time")
+    centres, attitudes = at(run, times)
+    # As many decimals in all pictures as tell one from the next.
+    step = float(np.ptp(times)) / len(times)
+    decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
     writer: Any
     if kind == ".html":
         writer = animation.HTMLWriter(fps=fps, embed_frames=True, default_mode="loop", embed_limit=2000.0)
@@ -72,12 +73,11 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
         writer = animation.FFMpegWriter(fps=fps, codec="h264", extra_args=["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
     with replacing(path) as temporary:
         with writer.saving(figure, str(temporary), dpi):
-            for index in places:
+            for time, centre, attitude in zip(times, centres, attitudes, strict=True):
                 artists: list[Any] = []
-                for body, called in enumerate(names):
-                    centre = centres[index, body]
-                    artists += draw_body(ax, run, body, int(index), centre, called, {}, mesh=(25, 13))
-                ax.set_title(f"time {run._record['time'][index]:.6g}{' ' + name if name else ''}", fontsize="medium")
+                for body, name in enumerate(run.system.names):
+                    artists += draw_body(ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13))
+                title(ax, run, f"{time:.{decimals}f}")
                 writer.grab_frame()
                 for artist in artists:
                     artist.remove()

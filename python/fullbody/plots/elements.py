@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import check_body, check_samples, draw_angle, grid, label, line, panels, steady, time_label
+from ._style import check_body, check_samples, degrees, draw_angle, grid, label, line, panels, steady, time_label
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -52,9 +52,11 @@ def elements(
         else:
             draw_angle(ax, time, np.rad2deg(value), style)
             ax.set_ylabel(f"{symbol} [deg]")
+            degrees(ax)
         ax.set_title(text, fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
-        steady(ax)
+        # An eccentricity is small beside one, not beside itself.
+        steady(ax, 1e-3 if name == "e" else 0.0)
         grid(ax)
     for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:
         time_label(ax, run)

@@ -30,9 +30,10 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     for place, (name, drift) in enumerate(drifts):
         if not np.isfinite(drift).all():
             continue
-        size = np.abs(drift)
-        size[size == 0.0] = np.nan
-        ax.plot(time, size, **line(place, {"label": name, **kwargs}))
+        # A logarithm has no zero: the line goes on from the sample before to the one after.
+        shown = drift != 0.0
+        name = name if shown.any() else f"{name}: none"
+        ax.plot(time[shown], np.abs(drift[shown]), **line(place, {"label": name, **kwargs}))
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
     ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))

@@ -10,7 +10,7 @@ from ..errors import InvalidInput
 from ._style import (
     LINES,
     Array,
-    attitudes,
+    attitudes_of,
     check_body,
     check_samples,
     grid,
@@ -61,7 +61,7 @@ def _outline(ax: Any, run: Run, body: int, centre: Array, plane: list[int]) -> N
     if axes is None:
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
-    columns = (attitudes(run, body).rotation_matrix[-1] * axes)[plane]
+    columns = (attitudes_of(run, body).rotation_matrix[-1] * axes)[plane]
     turn = np.linspace(0.0, 2.0 * np.pi, 73)
     edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
     ax.fill(*(centre[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)

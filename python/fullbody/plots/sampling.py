@@ -1,4 +1,4 @@
-"""Which samples a moving picture shows, and whether they lie close enough together to show the true motion."""
+"""Whether pictures and samples lie close enough together to show the true motion."""
 
 from __future__ import annotations
 
@@ -6,38 +6,37 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+
+from ._style import Array
 
 if TYPE_CHECKING:
     from ..run import Run
 
-__all__ = ["evenly", "warn_if_aliased"]
+__all__ = ["warn_if_aliased"]
 
 
-def evenly(run: Run, count: int) -> npt.NDArray[np.int64]:
-    """Places of at most ``count`` samples, as even in time as the run's samples allow."""
-    time = run._record["time"]
-    wanted = np.linspace(time[0], time[-1], count)
-    order = np.argsort(time)
-    right = np.clip(np.searchsorted(time[order], wanted), 1, max(1, len(time) - 1))
-    left = right - 1
-    right = np.minimum(right, len(time) - 1)
-    closer = np.abs(time[order][left] - wanted) <= np.abs(time[order][right] - wanted)
-    places = np.unique(order[np.where(closer, left, right)])
-    return places if time[-1] >= time[0] else np.sort(places)
+def warn_if_aliased(run: Run, times: Array) -> None:
+    """Warn where a body turns by more than half a turn between two pictures: it would seem to turn otherwise.
 
-
-def warn_if_aliased(run: Run, places: npt.NDArray[np.int64]) -> None:
-    """Warn where a body turns by more than half a turn between two pictures: it would seem to turn otherwise."""
-    time = run._record["time"][places]
-    if len(time) < 2:
-        return
-    rate = np.linalg.norm(run._record["spin"][places], axis=2)
-    turns = (rate[:-1] * np.abs(np.diff(time))[:, None]).max(axis=0) / (2.0 * np.pi)
-    body = int(np.argmax(turns))
-    if turns[body] > 0.5:
-        warnings.warn(
-            f"{run.system.names[body]} makes up to {turns[body]:.2g} turns between two pictures and will seem to turn "
-            "otherwise; record more samples (output=) over a shorter time, or show more of them",
-            stacklevel=4,
-        )
+    So it would between two samples, unless the run keeps its continuous solution.
+    """
+    known = run._record["time"]
+    advice = {"pictures": "show more of them, or a shorter time"}
+    if run.dense is None:
+        advice["samples"] = "record more of them (output=), or with dense=True"
+    # Of two samples that coincide either will do.
+    order = np.unique(known, return_index=True)[1]
+    rate = np.linalg.norm(run._record["spin"][order], axis=2)
+    for what, moments in (("pictures", np.sort(times)), ("samples", known[order])):
+        if what not in advice or len(moments) < 2:
+            continue
+        fastest = [np.interp(moments[:-1], known[order], rate[:, body]) for body in range(len(run.system))]
+        turns = (np.array(fastest) * np.diff(moments)).max(axis=1) / (2.0 * np.pi)
+        body = int(np.argmax(turns))
+        if turns[body] > 0.5:
+            warnings.warn(
+                f"{run.system.names[body]} makes up to {turns[body]:.2g} turns between two {what} and will seem to "
+                f"turn otherwise; {advice[what]}",
+                stacklevel=4,
+            )
+            return

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._units import scalar
-from ._style import LINES, Array, attitudes, barycentric, check_samples, label, line, semi_axes, short, unit
+from ._style import LINES, Array, attitudes, check_samples, label, line, matplotlib, semi_axes, short, unit
+from .between import at, moment, track
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -17,33 +17,24 @@ _REACH = 1.7
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
-def nearest(run: Run, time: Any) -> int:
-    """The sample nearest to a time."""
-    if time is None:
-        return len(run) - 1
-    wanted = scalar(run.system._units.strip(time, "time", "time"), "time")
-    return int(np.argmin(np.abs(run._record["time"] - wanted)))
-
-
 def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.scene`."""
     check_samples(run)
     if ax is None:
-        import matplotlib.pyplot as plt
-
         # Labels of a box in 3D stand outside its axes: leave them room.
-        ax = plt.figure(figsize=(7.0, 5.2)).add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
-    index = nearest(run, time)
-    centres = barycentric(run)
+        ax = matplotlib().figure(figsize=(7.0, 5.2)).add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
+    now = moment(run, time)
+    centres, attitude = (values[0] for values in at(run, np.array([now])))
+    paths = at(run, track(run, now))[0]
     names = [short(name) for name in run.system.names]
     for body, name in enumerate(names):
         if path:
             style = line(body, {"color": "0.45", "linewidth": 0.8})
-            ax.plot(*centres[: index + 1, body].T, **style)
-        draw_body(ax, run, body, index, centres[index, body], name, kwargs)
-    frame(ax, run, centres)
-    value, name = run._record["time"][index], unit(run, "time")
-    ax.set_title(f"time {value:.6g}{' ' + name if name else ''}", fontsize="medium")
+            ax.plot(*paths[:, body].T, **style)
+        draw_body(ax, run, body, centres[body], attitude[body], name, kwargs)
+    whole = at(run, track(run, moment(run, None)))[0]
+    frame(ax, run, np.concatenate([whole, centres[None]]))
+    title(ax, run, f"{now:.6g}")
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
     ax.legend(
@@ -59,21 +50,26 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     return ax
 
 
+def title(ax: Any, run: Run, time: str) -> None:
+    """The time with its unit above a scene."""
+    ax.set_title(f"time {time} {unit(run, 'time')}".rstrip(), fontsize="medium")
+
+
 def draw_body(
     ax: Any,
     run: Run,
     body: int,
-    index: int,
     centre: Array,
+    attitude: Array,
     name: str,
     kwargs: dict[str, Any],
     mesh: tuple[int, int] = (37, 19),
 ) -> list[Any]:
-    """Surface and axes of a body at a sample; gives the artists."""
+    """Surface and axes of a body; gives the artists."""
     axes = semi_axes(run, body)
     if axes is None:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
-    matrix = attitudes(run, body).rotation_matrix[index]
+    matrix = attitudes(attitude[None]).rotation_matrix[0]
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
     ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     x, y, z = np.moveaxis((ball * axes) @ matrix.T + centre, -1, 0)
@@ -93,14 +89,17 @@ def frame(ax: Any, run: Run, centres: Array) -> None:
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)
     ax.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]), zlim=(low[2], low[2] + span[2]))
-    ax.set_box_aspect(span, zoom=1.1)
-    for letter, width in zip("xyz", span, strict=True):
+    # As large as fits: the box's width and height as seen from matplotlib's usual place, 30 degrees up.
+    x, y, z = span / np.linalg.norm(span)
+    wide, high_up = 0.87 * x + 0.5 * y, 0.25 * x + 0.43 * y + 0.87 * z
+    ax.set_box_aspect(span, zoom=min(1.05 / wide, 0.84 / high_up))
+    digits = len(f"{np.abs([low, low + span]).max():.0f}")
+    for letter, width in zip("xyz", span / span.max(), strict=True):
         getattr(ax, f"set_{letter}label")(label(run, letter, "length"))
-        getattr(ax, f"{letter}axis").set_major_locator(_locator(float(width / span.max())))
-
-
-def _locator(share: float) -> Any:
-    """Fewer ticks on a shorter axis."""
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(max(2, round(6 * share)))
+        # Fewer ticks on a shorter axis, and where their numbers are long.
+        count = max(2, round((6 if digits < 5 else 4) * float(width)))
+        getattr(ax, f"{letter}axis").set_major_locator(matplotlib("ticker").MaxNLocator(count))
+    # Numbers beside the upright axis are centred on a place near it: long ones need more room.
+    more = max(0, digits - 2)
+    ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * more)
+    ax.zaxis.labelpad += 5.0 * more

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ._style import attitudes, check_samples, chosen, grid, label, legend, line, panels, short, steady, time_label
+from ._style import attitudes_of, check_samples, chosen, grid, label, legend, line, panels, short, steady, time_label
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -25,7 +25,7 @@ def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: st
     for body, ax in zip(places, flat, strict=True):
         spin = run._record["spin"][:, body]
         if frame == "inertial":
-            spin = np.einsum("kij,kj->ki", attitudes(run, body).rotation_matrix, spin)
+            spin = np.einsum("kij,kj->ki", attitudes_of(run, body).rotation_matrix, spin)
         for component, letter in enumerate("xyz"):
             ax.plot(time, spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
         ax.set_ylabel(label(run, "spin", "spin"))

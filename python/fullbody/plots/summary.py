@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._style import check_samples, joined
+from ._style import check_samples, joined, matplotlib
 from .angles import angles
 from .elements import elements
 from .energy import energy
@@ -21,9 +21,8 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
     count = len(run.system)
     pair = count > 1
     if figure is None:
-        import matplotlib.pyplot as plt
-
-        figure = plt.figure(figsize=(11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4), layout="constrained")
+        size = (11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4)
+        figure = matplotlib().figure(figsize=size, layout="constrained")
     heights = ([4.4] if pair else []) + [2.1 * count, 2.2]
     rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
     if pair:

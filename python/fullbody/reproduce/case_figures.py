@@ -96,16 +96,16 @@ def energy(run: Run, number: int) -> Any:
         top.plot(run.time, values, linewidth=1.0, label=name, **LINES[k])
     top.set_ylabel("energy")
     step = np.abs(np.diff(run.energy) / run.energy[:-1])
-    middle.plot(run.time[1:], positive(step), ".", markersize=2, color="0.45", label="step to step")
-    middle.plot(run.time, positive(np.abs(run.energy_drift)), linewidth=1.0, label="from the start", **LINES[0])
-    orbital = positive(np.abs(run.energy_drift_orbital))
-    middle.plot(run.time, orbital, linewidth=1.0, label="from the start, of the orbital energy", **LINES[1])
+    middle.plot(*positive(run.time[1:], step), ".", markersize=2, color="0.45", label="step to step")
+    middle.plot(*positive(run.time, np.abs(run.energy_drift)), linewidth=1.0, label="from the start", **LINES[0])
+    orbital = np.abs(run.energy_drift_orbital)
+    middle.plot(*positive(run.time, orbital), linewidth=1.0, label="from the start, of the orbital energy", **LINES[1])
     middle.set_ylabel("relative energy error")
     momentum = run.angular_momentum
     for k, name in enumerate("xyz"):
         change = np.abs(np.diff(momentum[:, k]))
         style = {"color": LINES[k]["color"], "marker": "ox^"[k], "markersize": 2.0, "linestyle": "none"}
-        bottom.plot(run.time[1:], positive(change), label=f"$J_{name}$", **style)
+        bottom.plot(*positive(run.time[1:], change), label=f"$J_{name}$", **style)
     bottom.set_ylabel("angular momentum error,\nstep to step")
     for ax in (middle, bottom):
         ax.set_yscale("log")

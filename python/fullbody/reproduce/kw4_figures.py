@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import paper
+from ..plots._style import matplotlib
 from ..run import Run
 
 _STYLES = {
@@ -22,9 +23,7 @@ def all_figures(runs: dict[str, Run]) -> dict[str, Any]:
 
 
 def _figure(rows: int, height: float) -> Any:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.0, height), layout="constrained")
+    figure = matplotlib("figure").Figure(figsize=(7.0, height), layout="constrained")
     return figure, figure.subplots(rows, 1, sharex=True)
 
 
@@ -89,13 +88,13 @@ def errors(runs: dict[str, Run]) -> Any:
         energy = run.energy.value
         colour = _STYLES[shape]["color"]
         step = np.abs(np.diff(energy) / energy[:-1])
-        axes[0].plot(hours[1:], positive(step), ".", color=colour, alpha=0.3, markersize=1.5, rasterized=True)
-        axes[0].plot(hours, positive(np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
+        axes[0].plot(*positive(hours[1:], step), ".", color=colour, alpha=0.3, markersize=1.5, rasterized=True)
+        axes[0].plot(*positive(hours, np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
     momentum = runs["ellipsoid"].angular_momentum.value
     hours = runs["ellipsoid"].time.to_value(u.hour)
     for k, (axis, colour) in enumerate(_AXES.items()):
         drift = np.abs((momentum[:, k] - momentum[0, k]) / momentum[0, k])
-        axes[1].plot(hours, positive(drift), color=colour, linewidth=0.8, label=f"$J_{axis}$")
+        axes[1].plot(*positive(hours, drift), color=colour, linewidth=0.8, label=f"$J_{axis}$")
     axes[0].set_ylabel("relative energy error")
     axes[0].set_title("dots: step to step; lines: from the start, relative to the orbital energy", fontsize="medium")
     for shape in runs:
@@ -113,9 +112,9 @@ def errors(runs: dict[str, Run]) -> Any:
     return figure
 
 
-def positive(values: Any) -> Any:
-    """Zeros as gaps, for a logarithmic axis."""
-    return np.where(values > 0, values, np.nan)
+def positive(hours: Any, values: Any) -> tuple[Any, Any]:
+    """Without zeros, which a logarithmic axis has not."""
+    return hours[values > 0], values[values > 0]
 
 
 def _envelope(hours: Any, values: Any, width: float) -> tuple[Any, Any, Any]:

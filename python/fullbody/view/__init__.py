@@ -13,8 +13,9 @@ import numpy as np
 
 from .._files import replacing
 from ..errors import InvalidInput
-from ..plots._style import barycentric, check_samples, joined, semi_axes, unit
-from ..plots.sampling import evenly, warn_if_aliased
+from ..plots._style import check_samples, joined, semi_axes, unit
+from ..plots.between import at, track
+from ..plots.sampling import warn_if_aliased
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -31,7 +32,7 @@ class View:
     ----------
     run : Run
     samples : int
-        At most so many samples.
+        At most so many moments of the run.
     height : int
         Of the frame in Jupyter, pixels.
 
@@ -45,8 +46,11 @@ class View:
         check_samples(run)
         if not isinstance(samples, int) or samples < 2:
             raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")
-        places = np.arange(len(run)) if len(run) <= samples else evenly(run, samples)
-        warn_if_aliased(run, places)
+        known = run._record["time"]
+        few = len(run) <= samples
+        times = track(run, float(known[-1]), min(samples, 1000)) if few else np.linspace(known[0], known[-1], samples)
+        warn_if_aliased(run, times)
+        centres, attitudes = at(run, times)
         self._height = height
         self._title = joined(run)
         self._data = {
@@ -54,11 +58,11 @@ class View:
             "axes": [None if (axes := semi_axes(run, k)) is None else list(axes) for k in range(len(run.system))],
             "length": unit(run, "length"),
             "unit": unit(run, "time"),
-            "time": _pack(run._record["time"][places], "<f8"),
-            "position": _pack(barycentric(run)[places], "<f4"),
-            "attitude": _pack(run._record["attitude"][places], "<f4"),
+            "time": _pack(times, "<f8"),
+            "position": _pack(centres, "<f4"),
+            "attitude": _pack(attitudes, "<f4"),
         }
-        self._samples = len(places)
+        self._moments = len(times)
 
     def to_html(self) -> str:
         """The page."""
@@ -100,7 +104,7 @@ class View:
         )
 
     def __repr__(self) -> str:
-        return f"<view of {self._title}, {self._samples} samples; shown in Jupyter, or .save_html(path)>"
+        return f"<view of {self._title}, {self._moments} moments; shown in Jupyter, or .save_html(path)>"
 
 
 def _pack(values: Any, kind: str) -> str:

@@ -53,6 +53,11 @@ def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
     assert "--until is 'soon'; expected a number" in capsys.readouterr().err
     assert main(["run", str(description), "-o", str(tmp_path / "nowhere" / "a.nc")]) == 1
     assert "no folder" in capsys.readouterr().err
+    # Before the work, not after it.
+    for option, name, message in (("-o", "a.csv", r"one of .nc, .nc4"), ("--page", "a.txt", "one of .png, .pdf, .svg")):
+        assert main(["run", str(description), option, str(tmp_path / name)]) == 1
+        assert f"expected a name that ends in {message}" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["kw4.toml"]
 
 
 def test_a_run_cut_short_is_kept(tmp_path, capsys):
@@ -77,6 +82,10 @@ def test_info_of_a_description_and_of_a_run(description, capsys):
     assert "samples" in run_part
     assert "0 h to 6 h" in run_part
     assert "gravity            surface" in run_part
+    for part, place in ((description_part, 0), (run_part, -1)):
+        beta = fullbody.load(description.with_suffix(".nc")).position[place, 1].value
+        row = next(line for line in part.split("State at time")[1].splitlines() if line.startswith("  Beta"))
+        assert ", ".join(f"{x:.6g}" for x in beta) in row
     a = fullbody.load(description.with_suffix(".nc")).elements().a.value
     assert f"{a.max():.8g}" in run_part
 

@@ -54,6 +54,25 @@ def test_system_state_and_run(kw4_run):
     assert {"101", "0 h to 50 h", f"{np.abs(kw4_run.energy_drift).max():.2e}"} <= set(run)
 
 
+def test_events_and_what_stopped_a_run(case1_run):
+    """The orbit's two apoapses within 100, at 48.7 and 92.9; then a stop."""
+    system, state = fullbody.systems.case1()
+    apoapsis = fullbody.events.Apoapsis(0, 1)
+    run = system.integrate(state, 100.0, events=[apoapsis])
+    assert "2 Apoapsis" in cells(run)
+    run = system.integrate(state, 100.0, events=[fullbody.events.Apoapsis(0, 1, terminal=True)])
+    shown = cells(run)
+    assert shown[shown.index("events") + 1] == "1 Apoapsis"
+    assert shown[shown.index("stopped") + 1] == "by the last event"
+    assert {"events", "stopped"}.isdisjoint(cells(case1_run))
+
+
+def test_no_negative_zeros():
+    state = fullbody.State([[-0.0, 0, 1]], [[0, -0.0, 0]])
+    assert "(0, 0, 1)" in cells(state)
+    assert not any("-0" in cell for cell in cells(state))
+
+
 def test_elements_one_and_many(case1_run):
     one = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
     assert cells(one) == [

@@ -11,7 +11,6 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
-from fullbody.plots.sampling import evenly
 from PIL import Image
 
 SMALL = {"seconds": 0.5, "fps": 10, "size": (3.01, 2.53), "dpi": 50}
@@ -29,7 +28,7 @@ def outside(page):
     return re.findall(r"https?://|<link|\bsrc=|\bhref=|@import|\bfetch\(|XMLHttpRequest|import\(", page)
 
 
-def test_gif_has_a_frame_a_sample(short_run, tmp_path):
+def test_gif_has_frames_even_in_time(short_run, tmp_path):
     path = short_run.animate(tmp_path / "film.gif", **SMALL)
     with Image.open(path) as film:
         assert (film.format, film.n_frames, film.size) == ("GIF", 5, (150, 126))
@@ -85,28 +84,36 @@ def test_a_film_that_fails_leaves_the_old_one(short_run, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_pictures_too_far_apart_are_warned_of(short_run):
+def test_pictures_too_far_apart_are_warned_of(short_run, tmp_path):
     """Alpha turns in 2.76 h: samples half an hour apart show it, samples 1.5 h apart do not."""
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 9.0, output=1.5)
-    with pytest.warns(UserWarning, match=r"Alpha makes up to 0\.54 turns between two pictures"):
+    with pytest.warns(UserWarning, match=r"Alpha makes up to 0\.54 turns between two samples"):
         run.view()
+    run = system.integrate(state, 9.0, output=1.5, dense=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         short_run.view()
+        run.view()
+    # Six hours apart.
+    with pytest.warns(UserWarning, match=r"Alpha makes up to 2\.2 turns between two pictures"):
+        system.integrate(state, 6.0, dense=True).animate(tmp_path / "a.gif", seconds=0.2, fps=10, size=(1, 1), dpi=20)
+
+
+def test_a_film_goes_on_between_samples(tmp_path):
+    """A run of two samples an hour apart: six different pictures, and their times."""
+    system, state = fullbody.systems.kw4()
+    run = system.integrate(state, 1.0, output=1.0)
+    page = run.animate(tmp_path / "film.html", seconds=0.6, fps=10, size=(2, 2), dpi=40).read_text()
+    frames = re.findall(r'frames\[\d+\] = "data:image/png;base64,([^"]*)"', page)
+    assert len(set(frames)) == len(frames) == 6
 
 
 @pytest.mark.parametrize("until", [100.0, -100.0])
-def test_samples_are_taken_evenly_in_time(until):
+def test_views_have_no_more_moments_than_asked_and_even_ones(until):
     system, state = fullbody.systems.case1()
-    run = system.integrate(state, until)
-    places = evenly(run, 20)
-    assert places[0] == 0
-    assert places[-1] == len(run) - 1
-    assert np.all(np.diff(places) > 0)
-    wanted = np.linspace(0.0, until, 20)
-    nearest = np.abs(run.time[:, None] - wanted).min(axis=0)
-    assert np.allclose(np.abs(run.time[places][:, None] - wanted).min(axis=0), nearest, rtol=0, atol=0)
+    _, arrays = data_of(system.integrate(state, until).view(samples=100).to_html())
+    assert np.allclose(arrays["time"], np.linspace(0.0, until, 100), rtol=0, atol=1e-12)
 
 
 def data_of(page):
@@ -128,9 +135,14 @@ def test_view_is_one_page_with_the_runs_numbers(kw4_run, tmp_path):
     assert data["names"] == ["Alpha", "Beta"]
     assert data["axes"] == [[0.766, 0.7475, 0.6735], [0.285, 0.2315, 0.1745]]
     assert (data["length"], data["unit"]) == ("km", "h")
-    assert np.array_equal(arrays["time"], kw4_run.time.value)
-    assert np.array_equal(arrays["attitude"].reshape(-1, 2, 4), kw4_run.attitude.astype(np.float32))
-    position = arrays["position"].reshape(-1, 2, 3).astype(float)
+    assert 500 < len(arrays["time"]) <= 1000
+    # The samples, and others between them that make its paths smooth.
+    samples = np.searchsorted(arrays["time"], kw4_run.time.value)
+    assert np.array_equal(arrays["time"][samples], kw4_run.time.value)
+    assert np.array_equal(np.unique(np.diff(samples)), [10 - 1])
+    assert np.allclose(arrays["attitude"].reshape(-1, 2, 4)[samples], kw4_run.attitude, atol=1e-6)
+    assert np.abs(np.diff(arrays["attitude"], axis=0)).max() < 2.0
+    position = arrays["position"].reshape(-1, 2, 3)[samples].astype(float)
     relative = (kw4_run.position[:, 1] - kw4_run.position[:, 0]).value
     assert np.allclose(position[:, 1] - position[:, 0], relative, atol=1e-6)
     masses = kw4_run.system.masses.value
@@ -149,7 +161,7 @@ def test_view_in_jupyter_is_the_same_page_in_a_frame(kw4_run):
     shown = view._repr_html_()
     assert html.unescape(re.search(r'srcdoc="([^"]*)"', shown)[1]) == view.to_html()
     assert 'sandbox="allow-scripts"' in shown
-    assert repr(view).startswith("<view of Alpha and Beta, 101 samples")
+    assert repr(view).startswith("<view of Alpha and Beta, 901 moments")
 
 
 def test_names_cannot_break_out_of_the_page():

@@ -1,0 +1,89 @@
+"""A run at any time in it, for pictures: where the bodies are and how they are turned."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._units import need, scalar
+from ..errors import InvalidInput
+from ._style import Array, masses
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+__all__ = ["at", "moment", "track"]
+
+#: A path of fewer points shows its corners.
+_SMOOTH = 1000
+
+
+def moment(run: Run, time: Any) -> float:
+    """A time of the run in the system's units; its end for ``None``."""
+    known = run._record["time"]
+    if time is None:
+        return float(known[-1])
+    wanted = scalar(run.system._units.strip(time, "time", "time"), "time")
+    span = (known.min(), known.max(), *(() if run.dense is None else run.dense._core.range))
+    if not min(span) <= wanted <= max(span):
+        raise InvalidInput(f"time is {time}; expected one within the run, from {min(span):.8g} to {max(span):.8g}")
+    return wanted
+
+
+def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
+    """Times of the samples up to ``end`` and of it; where they are few, others between them, ``count`` in all."""
+    known = run._record["time"]
+    passed = known <= end if known[-1] >= known[0] else known >= end
+    stops = np.append(known[passed], [end] if end not in known else [])
+    parts = max(1, (count - 1) // max(1, len(stops) - 1))
+    places = np.linspace(0, len(stops) - 1, (len(stops) - 1) * parts + 1)
+    return np.asarray(np.interp(places, np.arange(len(stops)), stops))
+
+
+def at(run: Run, times: Array) -> tuple[Array, Array]:
+    """Centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
+
+    From the continuous solution where the run keeps one (``dense=True``); otherwise from the samples and, between them,
+    centres by cubics that fit positions and velocities, attitudes by the shorter turn.
+    """
+    record = run._record
+    if run.dense is not None and _inside(times, run.dense._core.range):
+        states = run.dense._core.states(times)
+        return _from_barycentre(run, states["position"]), np.asarray(states["attitude"])
+    known, order = np.unique(record["time"], return_index=True)
+    place = np.minimum(np.searchsorted(known, times), len(known) - 1)
+    centres, attitude = _from_barycentre(run, record["position"][order]), record["attitude"][order]
+    if np.array_equal(known[place], times):
+        return centres[place], attitude[place]
+    with need("plot", "a picture between two samples"):
+        from scipy.spatial.transform import Rotation, Slerp
+
+    turned = np.empty((len(times), len(run.system), 4))
+    for body in range(len(run.system)):
+        turns = Rotation.from_quat(attitude[:, body], scalar_first=True)
+        turned[:, body] = Slerp(known, turns)(times).as_quat(scalar_first=True)
+    return _curve(known, centres, _from_barycentre(run, record["velocity"][order]), times), turned
+
+
+def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Array:
+    """Cubics; straight lines where samples are more than half a turn apart, which a cubic would miss by far."""
+    from scipy.interpolate import CubicHermiteSpline, interp1d
+
+    chord = np.linalg.norm(np.diff(centres, axis=0), axis=2)
+    speed = np.linalg.norm(velocities, axis=2)
+    arc = 0.5 * (speed[1:] + speed[:-1]) * np.diff(known)[:, None]
+    interval = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
+    bent = (arc <= 0.5 * np.pi * chord)[interval][..., None]
+    straight = interp1d(known, centres, axis=0)(times)
+    return np.asarray(np.where(bent, CubicHermiteSpline(known, centres, velocities)(times), straight))
+
+
+def _from_barycentre(run: Run, vectors: Array) -> Array:
+    """Positions or velocities (T, N, 3) less the barycentre's."""
+    weights = masses(run)
+    return np.asarray(vectors - np.einsum("n,tnx->tx", weights / weights.sum(), vectors)[:, None])
+
+
+def _inside(times: Array, span: tuple[float, float]) -> bool:
+    return bool(np.all((times >= min(span)) & (times <= max(span))))
