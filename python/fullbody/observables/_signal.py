@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .._units import need
 from ..errors import InvalidInput
 
 _Array = npt.NDArray[np.float64]
 
 
 def scipy_module(name: str) -> Any:
-    """A module of scipy, or an error that says how to get it."""
-    from importlib import import_module
-
-    try:
+    """A module of scipy."""
+    with need("analysis", "an observable"):
         return import_module(f"scipy.{name}")
-    except ImportError as error:
-        raise ImportError("observables need the package scipy: pip install 'fullbody[analysis]'") from error
 
 
 def check_times(time: _Array, least: int, what: str) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import json
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from .. import paper
 from .._files import replacing
+from .._units import need
 from .results import Results, as_numbers, compute, counts
 from .verdicts import Verdict
 
@@ -62,6 +64,10 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     """
     from . import case_figures, evidence_figures, kw4_figures
 
+    # What is missing is said before the work, not after it.
+    for extra, module in (("report", "jinja2"), ("plot", "matplotlib"), ("analysis", "scipy"), ("units", "astropy")):
+        with need(extra, "the report"):
+            import_module(module)
     folder = Path(out)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     results = compute(draft=draft, progress=progress)

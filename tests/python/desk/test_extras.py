@@ -12,7 +12,7 @@ import fullbody
 from fullbody import observables
 from fullbody.cli import main
 system, state = fullbody.systems.case1()
-run = system.integrate(state, 40.0, output=1.0)
+run = system.integrate(state, 120.0, output=1.0)
 for call in {calls!r}:
     try:
         exec(call)
@@ -46,6 +46,7 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in ("orbit", "elements", "spin
         ("xarray", ["run.to_xarray()", "run.save('a.nc')", "fullbody.load('a.nc')", "main(['kw4'])"], "data"),
         ("h5netcdf", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
+        ("jinja2", ["main(['reproduce'])"], "report"),
         (
             "astropy",
             ["fullbody.systems.kw4(units=True)", "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch"],
