@@ -10,6 +10,7 @@ import os
 import shutil
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -39,8 +40,8 @@ def stage() -> None:
     if (REPORT / "report.html").is_file():
         copy(REPORT / "report.html", extra / "full-report.html")
     # One file of MathJax, so that formulas show without a network.
-    mathjax = next(f for f in metadata.files("sphinx-mathjax-offline") or [] if f.name == "tex-svg.js")
-    copy(Path(str(mathjax.locate())), extra / "_static" / "tex-svg.js")
+    mathjax = next(f for f in metadata.files("sphinx-mathjax-offline") or [] if f.name == "tex-svg-full.js")
+    copy(Path(str(mathjax.locate())), extra / "_static" / "tex-svg-full.js")
 
 
 def copy(source: Path, target: Path) -> None:
@@ -67,7 +68,7 @@ nitpicky = True
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-mathjax_path = "tex-svg.js"
+mathjax_path = "tex-svg-full.js"
 
 nb_execution_mode = "force"
 # Files that an example writes go to a folder of its own.
@@ -76,6 +77,7 @@ nb_execution_show_tb = True
 nb_execution_timeout = 240
 nb_execution_excludepatterns = ["notebooks/*.ipynb"]
 nb_merge_streams = True
+nb_render_markdown_format = "myst"
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
@@ -84,7 +86,7 @@ numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 
 bibtex_bibfiles = ["references.bib"]
-bibtex_default_style = "unsrt"
+bibtex_default_style = "plain"
 bibtex_reference_style = "author_year"
 
 copybutton_exclude = ".linenos, .gp, .go"
@@ -94,6 +96,7 @@ html_title = "fullbody"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
+html_sidebars = {page: [] for page in ("index", "comparison", "report")}
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {
@@ -106,3 +109,15 @@ html_theme_options = {
     "show_toc_level": 2,
     "back_to_top_button": False,
 }
+
+
+def escape_number(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Keep a leading ``(65803)`` from being read as the number of a list's item."""
+    first = next((place for place, line in enumerate(lines) if line.strip()), None)
+    if first is not None and lines[first].startswith("("):
+        lines[first] = "\\" + lines[first]
+
+
+def setup(app: Any) -> None:
+    """Connect after numpydoc, which takes the text apart."""
+    app.connect("autodoc-process-docstring", escape_number, priority=600)
