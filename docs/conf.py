@@ -12,6 +12,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from sphinx.errors import ConfigError
+
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 
@@ -23,6 +25,10 @@ release = metadata.version("fullbody")
 # Where `fullbody reproduce` wrote its report; the page report.md reads it.
 REPORT = Path(os.environ.setdefault("FULLBODY_REPORT", str(ROOT / "out" / "reproduce"))).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
+if not (REPORT / "numbers.json").is_file():
+    raise ConfigError(
+        f"no numbers.json in {REPORT}; `make docs` makes it, and so does `fullbody reproduce --out {REPORT}`"
+    )
 
 
 def stage() -> None:
