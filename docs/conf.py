@@ -26,9 +26,7 @@ release = metadata.version("fullbody")
 REPORT = Path(os.environ.setdefault("FULLBODY_REPORT", str(ROOT / "out" / "reproduce"))).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
 if not (REPORT / "numbers.json").is_file():
-    raise ConfigError(
-        f"no numbers.json in {REPORT}; `make docs` makes it, and so does `fullbody reproduce --out {REPORT}`"
-    )
+    raise ConfigError(f"no numbers.json in {REPORT}; `fullbody reproduce --out FOLDER` makes it, and `make docs` calls it")
 
 
 def stage() -> None:
