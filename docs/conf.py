@@ -26,7 +26,7 @@ release = metadata.version("fullbody")
 REPORT = Path(os.environ.setdefault("FULLBODY_REPORT", str(ROOT / "out" / "reproduce"))).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
 if not (REPORT / "numbers.json").is_file():
-    raise ConfigError(f"no numbers.json in {REPORT}; `fullbody reproduce --out FOLDER` makes it, and `make docs` calls it")
+    raise ConfigError(f"no numbers.json in {REPORT}; `make docs` has `fullbody reproduce` make it")
 
 
 def stage() -> None:
