@@ -9,7 +9,7 @@ Examples
 (18,)
 """
 
-from typing import TYPE_CHECKING
+import typing as _typing
 
 from . import events, frames, observables, systems
 from ._core import vector_paths
@@ -44,7 +44,7 @@ from .state import State
 from .system import Energy, Interactions, System
 from .toml_setup import Setup, read_toml
 
-if TYPE_CHECKING:
+if _typing.TYPE_CHECKING:
     __version__: str
 else:
 
@@ -104,3 +104,7 @@ __all__ = [
     "to_rebound",
     "vector_paths",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

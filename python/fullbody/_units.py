@@ -44,18 +44,34 @@ def is_quantity(value: object) -> bool:
 
 
 def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
-    """A float array, or an error that names the argument."""
+    """A float array of pure numbers, or an error that names the argument."""
+    value = gathered(value, what)
+    if not is_quantity(value):
+        return _floats(value, what)
+    from astropy import units as u
+
     try:
+        return np.array(value.to_value(u.dimensionless_unscaled), dtype=np.float64)  # type: ignore[attr-defined]
+    except u.UnitConversionError as error:
+        raise InvalidInput(f"{what} has the unit {value.unit}; expected pure numbers") from error  # type: ignore[attr-defined]
+
+
+def _floats(value: object, what: str) -> npt.NDArray[np.float64]:
+    try:
+        if value is None:
+            raise TypeError("numpy would make it nan")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
 
 
 def gathered(value: Any, what: str) -> Any:
-    """A list of Quantities as one Quantity; anything else unchanged. A mixture with plain numbers is refused.
+    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
 
-    numpy would take the Quantities' numbers and drop their units.
+    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units.
     """
+    if isinstance(value, str):
+        return _from_text(value, what)
     if not isinstance(value, list | tuple):
         return value
     parts = [gathered(part, what) for part in value]
@@ -70,6 +86,21 @@ def gathered(value: Any, what: str) -> Any:
         return u.Quantity(parts)
     except (u.UnitConversionError, ValueError, TypeError) as error:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
+
+
+def _from_text(text: str, what: str) -> Any:
+    """The Quantity of a text with a unit."""
+    with need("units", "text with a unit"):
+        from astropy import units as u
+
+    expected = f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 km'"
+    try:
+        quantity = u.Quantity(text)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(expected) from error
+    if quantity.unit == u.dimensionless_unscaled:
+        raise InvalidInput(expected)
+    return quantity
 
 
 @contextmanager
@@ -145,7 +176,7 @@ class Units:
         """Numbers in this system's units."""
         value = gathered(value, what)
         if not is_quantity(value):
-            return numbers(value, what)
+            return _floats(value, what)
         from astropy import units as u
 
         if dimension == "angle":
@@ -158,6 +189,13 @@ class Units:
         else:
             unit = self.unit(dimension)
         return strip_to(value, unit, what)
+
+    def number(self, value: object, dimension: str, what: str) -> float:
+        """One finite number in this system's units."""
+        plain = scalar(self.strip(value, dimension, what), what)
+        if not np.isfinite(plain):
+            raise InvalidInput(f"{what} is {value!r}; expected a finite number")
+        return plain
 
     def attach(self, value: Any, dimension: str) -> Any:
         """The value as a Quantity, or unchanged where the system has no units."""

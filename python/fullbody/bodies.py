@@ -8,17 +8,11 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._units import Units, is_quantity, scalar
+from ._arguments import positive
+from ._units import Units, gathered, is_quantity, strip_to
 from .errors import InvalidInput
 
 __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
-
-
-def _check_lengths(**lengths: object) -> None:
-    for name, value in lengths.items():
-        number = np.asarray(getattr(value, "value", value))
-        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-            raise InvalidInput(f"{name} is {value!r}; expected a finite number above zero")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +41,8 @@ class Ellipsoid:
     c: Any
 
     def __post_init__(self) -> None:
-        _check_lengths(**{"semi-axis a": self.a, "semi-axis b": self.b, "semi-axis c": self.c})
+        for name in ("a", "b", "c"):
+            object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
 
     @property
     def semi_axes(self) -> tuple[Any, Any, Any]:
@@ -73,7 +68,7 @@ class Sphere:
     radius: Any
 
     def __post_init__(self) -> None:
-        _check_lengths(radius=self.radius)
+        object.__setattr__(self, "radius", positive(self.radius, "m", "radius"))
 
     @property
     def semi_axes(self) -> tuple[Any, Any, Any]:
@@ -98,6 +93,7 @@ class PointMass:
         return None
 
 
+_AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 #: The shapes by name.
 SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
 
@@ -146,10 +142,9 @@ class Body:
             raise InvalidInput(f"{called} is given {given}; expected one of the two")
         if density is not None and isinstance(shape, PointMass):
             raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
-        _check_lengths(**({f"mass of {called}": mass} if density is None else {f"density of {called}": density}))
         self._shape = shape
-        self._mass = mass
-        self._density = density
+        self._mass = None if mass is None else positive(mass, "kg", f"mass of {called}")
+        self._density = None if density is None else positive(density, "kg / m3", f"density of {called}")
         self._name = name
 
     @property
@@ -160,19 +155,60 @@ class Body:
     @property
     def mass(self) -> Any:
         """Mass as given, or density times volume."""
-        if self._mass is not None:
-            return self._mass
-        axes = self._shape.semi_axes
-        assert axes is not None
-        return self._density * (4.0 / 3.0 * np.pi * axes[0] * axes[1] * axes[2])
+        return self._mass if self._mass is not None else self._density * self._volume("density", self._density)
 
     @property
     def density(self) -> Any:
         """Density as given, or mass by volume; ``None`` for a point."""
         if self._density is not None:
             return self._density
+        return None if self._shape.semi_axes is None else self._mass / self._volume("mass", self._mass)
+
+    def _volume(self, what: str, value: Any) -> Any:
+        """The volume, to go with a mass or a density."""
+        a, b, c = self._axes(what, value)
+        return 4.0 / 3.0 * np.pi * a * b * c
+
+    def _axes(self, what: str, value: Any) -> tuple[Any, Any, Any]:
+        """The semi-axes, where both they and a value to go with them have units or neither has."""
         axes = self._shape.semi_axes
-        return None if axes is None else self._mass / (4.0 / 3.0 * np.pi * axes[0] * axes[1] * axes[2])
+        assert axes is not None
+        called = self._name if self._name is not None else "the body"
+        self._refuse_mixture({f"{what} of {called}": value, **dict(zip(_AXES, axes, strict=True))})
+        return axes
+
+    @staticmethod
+    def _refuse_mixture(values: dict[str, Any]) -> bool:
+        """Whether all of these have units; an error if only some have."""
+        united = [name for name, value in values.items() if is_quantity(value)]
+        plain = [name for name in values if name not in united]
+        if united and plain:
+            raise InvalidInput(
+                f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
+            )
+        return bool(united)
+
+    @property
+    def inertia(self) -> Any:
+        """Principal moments of inertia (3,) about the body axes, mass times length squared; zeros for a point.
+
+        The paper's I_11, I_22, I_33.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
+        array([ 5., 10., 13.])
+        """
+        if self._shape.semi_axes is None:
+            return self.mass * 0.0 * np.ones(3)
+        a, b, c = (axis * axis for axis in self._axes("mass", self.mass))
+        moments = [b + c, c + a, a + b]
+        if is_quantity(a):
+            from astropy import units as u
+
+            return self.mass / 5.0 * u.Quantity(moments)
+        return self.mass / 5.0 * np.array(moments)
 
     @property
     def name(self) -> str | None:
@@ -204,36 +240,35 @@ class Body:
         axes: Any = self._shape.semi_axes
         if axes is not None:
             axes = tuple(
-                scalar(
-                    units.strip(axis, "length", f"semi-axis {label} of {name}"),
-                    f"semi-axis {label} of {name}",
-                )
+                units.number(axis, "length", f"semi-axis {label} of {name}")
                 for axis, label in zip(axes, "abc", strict=True)
             )
         mass, density = (
-            None if value is None else scalar(units.strip(value, dimension, f"{dimension} of {name}"), dimension)
+            None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
         )
         return _core.Body(name, axes, mass, density)
 
-    def potential(self, points: Any, G: Any) -> Any:
+    def potential(self, points: Any, G: Any = None) -> Any:
         """Exterior potential Phi (positive) at points of the body frame.
 
         Parameters
         ----------
-        points : array_like, (3,) or (K, 3)
-            Outside the body or on its surface; plain numbers in the units of the semi-axes.
-        G : float
-            Gravitational constant in consistent units.
+        points : array_like or Quantity, (3,) or (K, 3)
+            Outside the body or on its surface. Quantities where the body's sizes and mass are; plain numbers, in the
+            units of the semi-axes, where those are.
+        G : float or Quantity, optional
+            Gravitational constant; astropy's unless given, where there are units.
 
         Returns
         -------
-        ndarray, () or (K,)
+        ndarray or Quantity, () or (K,)
+            In the units of length and time of ``points`` and ``G``.
 
         Raises
         ------
         InvalidInput
-            For a point inside the body, and for Quantities (strip them first).
+            For a point inside the body, and where only some of points, G, sizes and mass have units.
 
         Notes
         -----
@@ -248,36 +283,52 @@ class Body:
         """
         return self._exterior(points, G)[0]
 
-    def field(self, points: Any, G: Any) -> Any:
+    def field(self, points: Any, G: Any = None) -> Any:
         """Exterior field g = grad Phi at points of the body frame; see :meth:`potential`.
 
         Parameters
         ----------
-        points : array_like, (3,) or (K, 3)
-        G : float
+        points : array_like or Quantity, (3,) or (K, 3)
+        G : float or Quantity, optional
 
         Returns
         -------
-        ndarray, (3,) or (K, 3)
+        ndarray or Quantity, (3,) or (K, 3)
 
         Examples
         --------
-        >>> import fullbody
-        >>> ball = fullbody.Body(fullbody.Sphere(1.0), mass=3.0)
-        >>> ball.field([0.0, 0.0, 2.0], G=1.0)[2]
-        np.float64(-0.75)
+        >>> import astropy.units as u, fullbody
+        >>> earth = fullbody.Body(fullbody.Sphere(6371 * u.km), mass=5.972e24 * u.kg)
+        >>> earth.field([0.0, 0.0, 6371.0] * u.km)[2].to(u.m / u.s**2).round(2)
+        <Quantity -9.82 m / s2>
         """
         return self._exterior(points, G)[1]
 
     def _exterior(self, points: Any, G: Any) -> tuple[Any, Any]:
-        if is_quantity(points) or is_quantity(G):
-            raise InvalidInput("points and G have units; expected plain numbers in the units of the body")
-        units = Units()
+        points, G = gathered(points, "points"), gathered(G, "G")
+        if G is None:
+            if not is_quantity(points):
+                raise InvalidInput("G is not given; expected a number, or points and a body with units")
+            from astropy import constants
+
+            G = constants.G
+        sizes = self._shape.semi_axes or ()
+        amount = {"mass": self._mass} if self._density is None else {"density": self._density}
+        known = self._refuse_mixture({"points": points, "G": G, **dict(zip(_AXES, sizes, strict=False)), **amount})
+        units = _units_of(points, G) if known else Units()
         array = units.strip(points, "length", "points")
         if array.ndim not in (1, 2) or array.shape[-1] != 3:
             raise InvalidInput(f"points has shape {array.shape}; expected (3,) or (K, 3)")
-        constant = scalar(units.strip(G, "G", "G"), "G")
-        if not np.isfinite(constant):
-            raise InvalidInput(f"G is {G!r}; expected a finite number")
+        constant = units.number(G, "G", "G")
         potential, field = _core.exterior_gravity(self._core(units, 0), constant, np.atleast_2d(array))
+        potential, field = units.attach(potential, "potential"), units.attach(field, "acceleration")
         return (potential, field) if array.ndim == 2 else (potential[0], field[0])
+
+
+def _units_of(points: Any, G: Any) -> Units:
+    """The length that points are in, and the time of G."""
+    from astropy import units as u
+
+    strip_to(points, u.m, "points")
+    strip_to(G, u.m**3 / u.kg / u.s**2, "G")
+    return Units((points.unit, next((base for base in G.unit.bases if base.is_equivalent(u.s)), u.s), u.kg))

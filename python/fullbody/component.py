@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 
 from . import _rotation, frames
-from ._units import Units, scalar
+from ._arguments import pole, positive
+from ._records import Record
+from ._units import Units, gathered, numbers, scalar
 from .bodies import Ellipsoid
 from .errors import InvalidInput
 
 __all__ = ["Component"]
 
 
-@dataclass(frozen=True, slots=True)
-class Component:
+@dataclass(frozen=True, slots=True, eq=False)
+class Component(Record):
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters
@@ -32,7 +34,8 @@ class Component:
     mass, density : float or Quantity, optional
         At most one of the two. Without either the mass follows from what is known of the pair.
     rotation_period : float or Quantity, optional
-        Of the spin about the body's z-axis; negative for a spin against it. Without it the primary does not spin.
+        Of the spin about the body's z-axis; negative for a spin against it, infinite for none. Without it a body that
+        is not synchronous starts without rotation too, with a warning.
     pole : (longitude, latitude), optional
         Of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. Without it: the orbit's pole.
     rotation_angle : float or Quantity
@@ -63,13 +66,21 @@ class Component:
         sizes = [size for size in (self.semi_axes, self.diameters, self.diameter) if size is not None]
         if len(sizes) != 1:
             raise InvalidInput(f"{called} has {len(sizes)} of semi_axes, diameters, diameter; expected one of them")
-        if self.diameter is None and tuple(self.axis_ratios) != (1.0, 1.0):
-            raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        if not all(np.isfinite(ratio) and ratio > 0.0 for ratio in self.axis_ratios):
+        ratios = numbers(self.axis_ratios, f"axis_ratios of {called}")
+        if ratios.shape != (2,) or not (np.isfinite(ratios) & (ratios > 0.0)).all():
             raise InvalidInput(f"axis_ratios of {called} are {self.axis_ratios}; expected two numbers above zero")
+        if self.diameter is None and not (ratios == 1.0).all():
+            raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
+        if self.pole is not None:
+            pole(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
             raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
-        _ = self.shape
+        for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, positive(value, unit, f"{name} of {called}"))
+        for name in ("semi_axes", "diameters"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     @property
     def shape(self) -> Ellipsoid:
@@ -78,12 +89,18 @@ class Component:
             first, second = self.axis_ratios
             b = self.diameter / 2 * (second / first) ** (1 / 3)
             return Ellipsoid(b * first, b, b / second)
-        axes = self.semi_axes if self.semi_axes is not None else [d / 2 for d in self.diameters]
-        try:
-            a, b, c = axes
-        except (TypeError, ValueError) as error:
-            raise InvalidInput(f"the axes are {axes!r}; expected three") from error
+        a, b, c = self.semi_axes if self.semi_axes is not None else (d / 2 for d in self.diameters)
         return Ellipsoid(a, b, c)
+
+
+def _three(values: Any, what: str) -> Any:
+    """Three lengths above zero."""
+    values = gathered(values, what)
+    if np.shape(values) != (3,):
+        raise InvalidInput(f"{what} is {values!r}; expected three lengths")
+    for value in values:
+        positive(value, "m", what)
+    return values
 
 
 def axes(component: Component, plane: Any) -> Any:
@@ -94,7 +111,7 @@ def axes(component: Component, plane: Any) -> Any:
 def attitude(component: Component, plane: Any, angle: float | None) -> Any:
     """The attitude of a body at an angle from the node, its own if none is given."""
     if angle is None:
-        angle = scalar(Units().strip(component.rotation_angle, "angle", "rotation_angle"), "rotation_angle")
+        angle = Units().number(component.rotation_angle, "angle", "rotation_angle")
     return _rotation.product(axes(component, plane), _rotation.turn(2, angle))
 
 
@@ -106,10 +123,12 @@ def pointing(component: Component, plane: Any, direction: Any) -> float:
     return float(np.arctan2(y @ direction, x @ direction))
 
 
-def rate(component: Component, units: Units) -> float:
+def rate(component: Component, units: Units, called: str) -> float:
+    """The rate of rotation; zero where it is not stated."""
     if component.rotation_period is None:
         return 0.0
-    period = scalar(units.strip(component.rotation_period, "time", "rotation_period"), "rotation_period")
-    if not np.isfinite(period) or period == 0.0:
-        raise InvalidInput(f"rotation_period is {component.rotation_period!r}; expected a number other than zero")
+    what = f"rotation_period of {called}"
+    period = scalar(units.strip(component.rotation_period, "time", what), what)
+    if np.isnan(period) or period == 0.0:
+        raise InvalidInput(f"{what} is {component.rotation_period!r}; expected a time other than zero")
     return float(2 * np.pi / period)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._records import brief, same
 from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput
 
@@ -26,6 +27,21 @@ class KeplerElements:
         Eccentricity: 0 <= e < 1 with a > 0, or e > 1 with a < 0. Parabolas have no semi-major axis and are refused.
     i, Omega, omega, M : float, array_like or Quantity
         Inclination, longitude of the ascending node, argument of periapsis, mean anomaly; radians as floats.
+
+    Attributes
+    ----------
+    a : float, ndarray or Quantity
+        Semi-major axis, negative for a hyperbola: what was given, or in the units of the run or the position.
+    e : float or ndarray
+        Eccentricity, a pure number.
+    i : float, ndarray or Quantity
+        Inclination of the orbit's plane to the xy-plane, from 0 to pi.
+    Omega : float, ndarray or Quantity
+        Longitude of the ascending node, from the x-axis.
+    omega : float, ndarray or Quantity
+        Argument of periapsis, from the node along the motion.
+    M : float, ndarray or Quantity
+        Mean anomaly, from periapsis; for a hyperbola e sinh H - H, of either sign.
 
     Raises
     ------
@@ -56,7 +72,8 @@ class KeplerElements:
 
     def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any) -> None:
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
-            object.__setattr__(self, name, gathered(value, name))
+            value = gathered(value, name)
+            object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
         # Any mu will do to have the core check the rest.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
 
@@ -66,7 +83,7 @@ class KeplerElements:
     def _rows(self, a: Any) -> tuple[Any, tuple[int, ...]]:
         """Elements as (K, 6), and the shape they came in."""
         plain = Units()
-        columns = [numbers(a, "a"), plain.strip(self.e, "angle", "e")]
+        columns = [numbers(a, "a"), numbers(self.e, "e")]
         columns += [plain.strip(getattr(self, name), "angle", name) for name in _ANGLES]
         try:
             columns = list(np.broadcast_arrays(*columns))
@@ -86,11 +103,9 @@ class KeplerElements:
         -------
         r, v : ndarray or Quantity, (3,) or (..., 3)
         """
-        length, rate = _orbit_units(self.a, mu)
-        a = self.a if length is None else strip_to(self.a, length, "a")
-        number = mu if length is None else strip_to(mu, length**3 * rate**2, "mu")
-        rows, shape = self._rows(a)
-        r, v = _core.elements_to_cartesian(rows, scalar(numbers(number, "mu"), "mu"))
+        mu, length, rate = _mu_and_units(self.a, mu, "a")
+        rows, shape = self._rows(self.a if length is None else strip_to(self.a, length, "a"))
+        r, v = _core.elements_to_cartesian(rows, mu)
         r, v = r.reshape(*shape, 3), v.reshape(*shape, 3)
         return (r, v) if length is None else (r * length, v * (length * rate))
 
@@ -116,17 +131,18 @@ class KeplerElements:
         1.0
         """
         r, v = gathered(r, "r"), gathered(v, "v")
-        length, rate = _orbit_units(r, mu)
+        mu, length, rate = _mu_and_units(r, mu, "r")
         if length is not None:
             r = strip_to(r, length, "r")
-            v = strip_to(v, length * rate, "v") if is_quantity(v) else numbers(v, "v")
-            mu = strip_to(mu, length**3 * rate**2, "mu")
+            if not is_quantity(v):
+                raise InvalidInput(f"r has the unit {length}, but v has none; expected both or neither")
+            v = strip_to(v, length * rate, "v")
         elif is_quantity(v):
             raise InvalidInput(f"v has the unit {v.unit}, but r has none; expected both or neither")
         r, v = numbers(r, "r"), numbers(v, "v")
         if r.shape != v.shape or r.ndim == 0 or r.shape[-1] != 3:
             raise InvalidInput(f"r and v have shapes {r.shape} and {v.shape}; expected (..., 3) for both")
-        rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), scalar(numbers(mu, "mu"), "mu"))
+        rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), mu)
         columns = [c.reshape(r.shape[:-1]) if r.ndim > 1 else float(c[0]) for c in rows.T]
         if length is not None:
             from astropy import units as u
@@ -202,24 +218,27 @@ class KeplerElements:
         >>> fullbody.KeplerElements(1.0, 0.0, 0.0, 0.0, 0.0, 0.0).period(mu=1.0)
         6.283185307179586
         """
-        length, rate = _orbit_units(self.a, mu)
-        a = self.a if length is None else strip_to(self.a, length, "a")
-        number = mu if length is None else strip_to(mu, length**3 * rate**2, "mu")
-        rows, shape = self._rows(a)
-        period = _core.period(rows, scalar(numbers(number, "mu"), "mu")).reshape(shape)
+        mu, length, rate = _mu_and_units(self.a, mu, "a")
+        rows, shape = self._rows(self.a if length is None else strip_to(self.a, length, "a"))
+        period = _core.period(rows, mu).reshape(shape)
         value: Any = float(period) if period.ndim == 0 else period
         return value if length is None else value / rate
 
     def __len__(self) -> int:
-        return len(self.a)
+        shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in ("a", "e", *_ANGLES)))
+        if not shape:
+            raise TypeError("these are the elements of one orbit, not an array of them")
+        return int(shape[0])
 
     def __getitem__(self, index: Any) -> KeplerElements:
-        return KeplerElements._trusted([getattr(self, name)[index] for name in ("a", "e", *_ANGLES)])
+        len(self)
+        values = [getattr(self, name) for name in ("a", "e", *_ANGLES)]
+        return KeplerElements._trusted([value[index] if np.ndim(value) else value for value in values])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, KeplerElements):
             return NotImplemented
-        return all(np.all(getattr(self, n) == getattr(other, n)) for n in ("a", "e", *_ANGLES))
+        return all(same(getattr(self, n), getattr(other, n)) for n in ("a", "e", *_ANGLES))
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -229,7 +248,7 @@ class KeplerElements:
         return tables.to_html(tables.of_elements(self))
 
     def __repr__(self) -> str:
-        return "KeplerElements(" + ", ".join(f"{n}={getattr(self, n)}" for n in ("a", "e", *_ANGLES)) + ")"
+        return "KeplerElements(" + ", ".join(f"{n}={brief(getattr(self, n))}" for n in ("a", "e", *_ANGLES)) + ")"
 
     def __reduce__(self) -> Any:
         return (KeplerElements._trusted, ([getattr(self, n) for n in ("a", "e", *_ANGLES)],))
@@ -244,19 +263,21 @@ def _length_number(a: Any) -> Any:
     return a
 
 
-def _orbit_units(length: Any, mu: Any) -> tuple[Any, Any]:
-    """Units of length and of inverse time, from a Quantity of length and mu; ``None`` for plain numbers."""
+def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
+    """Mu as a number, and the units of length and of inverse time that it is in; ``None`` for plain numbers."""
+    mu = gathered(mu, "mu")
     if is_quantity(length) != is_quantity(mu):
-        given, plain = ("the length", "mu") if is_quantity(length) else ("mu", "the length")
-        raise InvalidInput(f"{given} has a unit and {plain} has none; expected both or neither")
+        given, unit, plain = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
+        raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
     if not is_quantity(length):
-        return None, None
+        return scalar(numbers(mu, "mu"), "mu"), None, None
     from astropy import units as u
 
-    strip_to(length, u.m, "a length")
+    strip_to(length, u.m, what)
     strip_to(mu, u.m**3 / u.s**2, "mu")
     # The time that mu is given in, so that results come in the caller's units.
     times = [
         base for base, power in zip(mu.unit.bases, mu.unit.powers, strict=True) if base.is_equivalent(u.s) and power
     ]
-    return length.unit, 1 / (times[0] if times else u.s)
+    rate = 1 / (times[0] if times else u.s)
+    return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate

@@ -37,7 +37,11 @@ class InvalidInput(FullbodyError, ValueError):
 
 
 class InconsistentInput(UserWarning):
-    """A warning: numbers given twice that differ a little, such as a period and a semi-major axis with the masses."""
+    """A warning: input to compute with that is hardly meant.
+
+    Numbers given twice that differ a little, such as a period and a semi-major axis with the masses; a density of no
+    asteroid; a body whose rotation is not stated.
+    """
 
 
 class BodiesOverlap(FullbodyError):

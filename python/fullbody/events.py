@@ -1,21 +1,24 @@
 """Things to watch for in a run, located on its continuous solution to the last few bits.
 
-Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both) and may be
-``terminal``: the run then stops there. Functions are sampled several times a step, so that contacts that only graze are
-found; a function that oscillates within an eighth of a step can still be missed.
+Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both; that of growing
+time also where a run goes backwards) and may be ``terminal``: the run then stops there. Functions are sampled several
+times a step, so that contacts that only graze are found; a function that oscillates within an eighth of a step can
+still be missed.
 """
 
 from __future__ import annotations
 
-import operator
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ._units import Units, is_quantity, numbers, scalar
+from ._arguments import directions, integer, place
+from ._units import gathered, numbers, scalar
 from .errors import InvalidInput
 from .state import State
+
+if TYPE_CHECKING:
+    from .system import System
 
 __all__ = [
     "Alignment",
@@ -38,17 +41,22 @@ class Event:
     Parameters
     ----------
     direction : {-1, 0, 1}
+        1: where the condition's function rises as time grows; -1: where it falls; 0: both.
     terminal : bool
+        Whether the run stops there.
     """
 
     direction: int = 0
     terminal: bool = False
 
     def __post_init__(self) -> None:
-        if _integer(self.direction) not in (-1, 0, 1):
+        if integer(self.direction) not in (-1, 0, 1):
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
 
-    def _describe(self, units: Units) -> dict[str, Any]:
+    def _place(self, system: System, name: str) -> int:
+        return place(getattr(self, name), len(system), f"{name} of {type(self).__name__}")
+
+    def _describe(self, system: System) -> dict[str, Any]:
         """What the core is told."""
         return {
             "kind": type(self).__name__,
@@ -57,7 +65,7 @@ class Event:
             "value": 0.0,
             "normal": (0.0, 0.0, 1.0),
             "function": None,
-            "direction": _integer(self.direction),
+            "direction": integer(self.direction),
             "terminal": bool(self.terminal),
         }
 
@@ -67,8 +75,9 @@ class _OfPair(Event):
     i: int = 0
     j: int = 1
 
-    def _describe(self, units: Units) -> dict[str, Any]:
-        return {**super()._describe(units), "first": _place(self.i, "i"), "second": _place(self.j, "j")}
+    def _describe(self, system: System) -> dict[str, Any]:
+        first, second = (self._place(system, name) for name in ("i", "j"))
+        return {**super()._describe(system), "first": first, "second": second}
 
 
 @dataclass(frozen=True)
@@ -95,21 +104,37 @@ class Separation(_OfPair):
 
     value: Any = None
 
-    def _describe(self, units: Units) -> dict[str, Any]:
-        value = scalar(units.strip(self.value, "length", "value of Separation"), "value of Separation")
-        return {**super()._describe(units), "value": value}
+    def _describe(self, system: System) -> dict[str, Any]:
+        value = _length(self.value, system, "value of Separation")
+        return {**super()._describe(system), "value": value}
 
 
 @dataclass(frozen=True)
 class Contact(_OfPair):
     """The surfaces of bodies i and j touch, also where they only graze.
 
+    Without it, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` when bodies interpenetrate.
+
     Parameters
     ----------
     i, j : int
+        Places in the system.
     direction : {-1, 0, 1}
-        -1 coming together.
+        -1: the bodies come together; 1: they part; 0: both.
     terminal : bool
+        Whether the run stops there.
+
+    Examples
+    --------
+    Two spheres fall towards each other until they touch.
+
+    >>> import fullbody
+    >>> bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0) for _ in range(2)]
+    >>> system = fullbody.System(bodies, G=1.0)
+    >>> state = fullbody.State(position=[[0, 0, 0], [6, 0, 0]], velocity=[[0, 0, 0], [0, 0, 0]])
+    >>> run = system.integrate(state, 50.0, events=[fullbody.events.Contact(0, 1, direction=-1, terminal=True)])
+    >>> run.stop_reason, round(float(run.position[-1, 1, 0] - run.position[-1, 0, 0]), 12)
+    ('event', 2.0)
     """
 
 
@@ -162,12 +187,15 @@ class PlaneCrossing(Event):
     j: int | None = 0
     normal: Any = (0.0, 0.0, 1.0)
 
-    def _describe(self, units: Units) -> dict[str, Any]:
-        normal = numbers(self.normal, "normal")
-        if normal.shape != (3,):
-            raise InvalidInput(f"normal has shape {normal.shape}; expected (3,)")
-        j = None if self.j is None else _place(self.j, "j")
-        return {**super()._describe(units), "first": _place(self.i, "i"), "second": j, "normal": tuple(normal)}
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        normal = directions(self.normal, "normal of PlaneCrossing", one=True)
+        object.__setattr__(self, "normal", tuple(float(component) for component in normal))
+
+    def _describe(self, system: System) -> dict[str, Any]:
+        first = self._place(system, "i")
+        second = None if self.j is None else self._place(system, "j")
+        return {**super()._describe(system), "first": first, "second": second, "normal": self.normal}
 
 
 @dataclass(frozen=True)
@@ -178,14 +206,16 @@ class Escape(_OfPair):
     ----------
     i, j : int
     distance : float or Quantity
+    direction : {-1, 0, 1}
+        1: the pair comes to be so; -1: it ceases to.
     terminal : bool
     """
 
     distance: Any = None
 
-    def _describe(self, units: Units) -> dict[str, Any]:
-        value = scalar(units.strip(self.distance, "length", "distance of Escape"), "distance of Escape")
-        return {**super()._describe(units), "value": value}
+    def _describe(self, system: System) -> dict[str, Any]:
+        value = _length(self.distance, system, "distance of Escape")
+        return {**super()._describe(system), "value": value}
 
 
 @dataclass(frozen=True)
@@ -208,6 +238,7 @@ class Function(Event):
     f : callable
         Takes a :class:`fullbody.State`, gives a number or a Quantity.
     direction : {-1, 0, 1}
+        1: it rises through zero as time grows; -1: it falls.
     terminal : bool
 
     Examples
@@ -222,15 +253,15 @@ class Function(Event):
 
     f: Callable[[State], Any] = field(default=lambda state: 1.0)
 
-    def _describe(self, units: Units) -> dict[str, Any]:
+    def _describe(self, system: System) -> dict[str, Any]:
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
         def call(core: Any) -> float:
-            value = self.f(State._wrap(core, units))
-            return float(value.value if is_quantity(value) else value)
+            value = gathered(self.f(State._wrap(core, system._units)), "value of Function")
+            return scalar(numbers(getattr(value, "value", value), "value of Function"), "value of Function")
 
-        return {**super()._describe(units), "function": call}
+        return {**super()._describe(system), "function": call}
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,16 +281,11 @@ class Occurrence:
     state: State
 
 
-def _integer(value: Any) -> int | None:
-    """A whole number of Python or numpy, or ``None``."""
-    try:
-        return None if isinstance(value, bool) else operator.index(value)
-    except TypeError:
-        return None
+def __dir__() -> list[str]:
+    return __all__
 
 
-def _place(index: object, name: str) -> int:
-    place = _integer(index)
-    if place is None or not 0 <= place < sys.maxsize:
-        raise InvalidInput(f"{name} is {index!r}; expected the place of a body, 0 or above")
-    return place
+def _length(value: Any, system: System, what: str) -> float:
+    if value is None:
+        raise InvalidInput(f"{what} is not given; expected a length")
+    return system._units.number(value, "length", what)

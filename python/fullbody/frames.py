@@ -7,17 +7,17 @@ Only directions are turned: the origin stays the system's own.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _rotation
-from ._units import Units, is_quantity, scalar
+from ._arguments import directions, pole
+from ._arguments import vectors as _vectors
+from ._units import Units, is_quantity
 from .errors import InvalidInput
-
-if TYPE_CHECKING:
-    from .state import State
+from .state import State
 
 __all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_pole", "turn_state"]
 
@@ -81,7 +81,7 @@ def turn(vectors: Any, origin: Any, target: Any) -> Any:
     >>> fullbody.frames.turn([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    return vectors @ rotation(origin, target).T
+    return _vectors(vectors, "vectors") @ rotation(origin, target).T
 
 
 def turn_state(state: State, origin: Any, target: Any) -> State:
@@ -103,6 +103,8 @@ def turn_state(state: State, origin: Any, target: Any) -> State:
     >>> fullbody.frames.turn_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
     array([-0.397777,  0.917482])
     """
+    if not isinstance(state, State):
+        raise InvalidInput(f"state is {state!r}; expected a State")
     matrix = rotation(origin, target)
     turning = _rotation.quaternion(matrix)
     return state.replace(
@@ -130,7 +132,7 @@ def pole_vector(longitude: Any, latitude: Any) -> _Array:
     >>> fullbody.frames.pole_vector(np.pi / 2, 0.0).round(12)
     array([0., 1., 0.])
     """
-    lon, lat = _angles(longitude, latitude)
+    lon, lat = pole((longitude, latitude), "the direction")
     return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
 
 
@@ -139,8 +141,8 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
 
     Parameters
     ----------
-    vector : array_like, (..., 3)
-        Of any length above zero.
+    vector : array_like or Quantity, (..., 3)
+        Of any length above zero and in any unit.
 
     Returns
     -------
@@ -152,7 +154,7 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
     >>> fullbody.frames.pole_angles([0.0, 3.0, 3.0])
     (np.float64(1.5707963267948966), np.float64(0.7853981633974483))
     """
-    x, y, z = np.moveaxis(np.asarray(vector, dtype=np.float64), -1, 0)
+    x, y, z = np.moveaxis(directions(vector, "vector"), -1, 0)
     return np.mod(np.arctan2(y, x), 2 * np.pi), np.arctan2(z, np.hypot(x, y))
 
 
@@ -214,16 +216,12 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     >>> np.allclose(state.rotation_matrix[0, :, 2], fullbody.frames.pole_vector(0.3, 0.2))
     True
     """
-    lon, lat = _angles(longitude, latitude)
-    w = scalar(Units().strip(angle, "angle", "angle"), "angle")
+    lon, lat = pole((longitude, latitude), "pole")
+    w = Units().number(angle, "angle", "angle")
     return _rotation.product(
         _rotation.turn(2, lon + np.pi / 2), _rotation.turn(0, np.pi / 2 - lat), _rotation.turn(2, w)
     )
 
 
-def _angles(longitude: Any, latitude: Any) -> tuple[float, float]:
-    lon = scalar(Units().strip(longitude, "angle", "longitude"), "longitude")
-    lat = scalar(Units().strip(latitude, "angle", "latitude"), "latitude")
-    if not (np.isfinite(lon) and -np.pi / 2 <= lat <= np.pi / 2):
-        raise InvalidInput(f"the pole is at longitude {lon}, latitude {lat}; expected latitudes from -pi/2 to pi/2")
-    return lon, lat
+def __dir__() -> list[str]:
+    return __all__

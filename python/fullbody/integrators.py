@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from . import _core
+from ._units import gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput, PrecisionWarning
 
 __all__ = [
@@ -155,6 +156,19 @@ class DormandPrince54(_Adaptive):
     """
 
 
+def _time(step: Any) -> Any:
+    """A step that is a finite time above zero; its unit is the system's to judge."""
+    step = gathered(step, "step")
+    if is_quantity(step):
+        from astropy import units as u
+
+        strip_to(step, u.s, "step")
+    value = scalar(numbers(getattr(step, "value", step), "step"), "step")
+    if not (math.isfinite(value) and value > 0.0):
+        raise InvalidInput(f"step is {step!r}; expected a finite time above zero")
+    return step
+
+
 @dataclass(frozen=True, slots=True)
 class LieGroupVariational(Integrator):
     """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation a step.
@@ -170,6 +184,9 @@ class LieGroupVariational(Integrator):
     """
 
     step: Any
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "step", _time(self.step))
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
         return (type(self).__name__, 0.0, 0.0, strip(self.step), "")
@@ -206,6 +223,7 @@ class SymplecticSplitting(Integrator):
     scheme: Literal["ABA864", "ABA1064", "leapfrog"] = "ABA864"
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "step", _time(self.step))
         schemes = ("ABA864", "ABA1064", "leapfrog")
         if self.scheme not in schemes:
             raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 
-from . import _rotation
+from . import _rotation, tables
+from ._arguments import options_of, refuse_unknown
+from ._arguments import pole as angles_of
 from ._masses import Found, Known, solve
-from ._units import Units, is_quantity, scalar
+from ._units import Units, is_quantity, numbers, scalar
 from .bodies import Body
 from .component import Component, attitude, pointing, rate
 from .elements import KeplerElements
-from .errors import InconsistentInput, InvalidInput, NotConverged
+from .errors import BodiesOverlap, InconsistentInput, InvalidInput, NotConverged
 from .state import State
 from .system import System
 
@@ -96,11 +99,15 @@ def binary(
     ------
     InvalidInput
         For too little, for a contradiction beyond ``mismatch_error``, and for values that describe nothing.
+    BodiesOverlap
+        For bodies that overlap at the start.
 
     Warns
     -----
     InconsistentInput
-        For a contradiction between the two limits, with both values.
+        For a contradiction between the two limits, with both values; for an implied density outside 100 to 20000
+        kg/m^3, where there are units; for a body that rotates by nothing that is stated, which starts without rotation
+        (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
     -----
@@ -127,6 +134,7 @@ def binary(
     for component in (primary, secondary):
         if not isinstance(component, Component):
             raise InvalidInput(f"{component!r} is no Component; expected fullbody.Component(...)")
+    refuse_unknown(options, [*options_of(binary), *options_of(System)], "binary")
     if at_rest not in ("barycentre", "primary"):
         raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
     if elements not in ("osculating", "mean"):
@@ -151,10 +159,13 @@ def binary(
         value = convert.attach(mass, "mass") if is_quantity(component.shape.a) else mass
         bodies.append(Body(component.shape, mass=value, name=component.name))
     system = System(bodies, G=gravity, units=convert.names, **options)
+    for doubt in _doubts(system, pair, synchronous):
+        warnings.warn(doubt, InconsistentInput, stacklevel=2)
 
     node, inclination = (0.0, 0.0)
     if pole is not None:
-        node, inclination = _angle(pole[0], "pole") + np.pi / 2, np.pi / 2 - _angle(pole[1], "pole")
+        longitude, latitude = angles_of(pole, "pole")
+        node, inclination = longitude + np.pi / 2, np.pi / 2 - latitude
     angles = (_angle(argument_of_periapsis, "argument_of_periapsis"), _angle(mean_anomaly, "mean_anomaly"))
 
     def orbit(size: float, mu: float) -> tuple[Any, Any]:
@@ -165,7 +176,8 @@ def binary(
     plane = _rotation.product(_rotation.turn(2, node), _rotation.turn(0, inclination))
     locked = pointing(secondary, plane, -r) + _angle(libration, "libration") if synchronous else None
     attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, locked)])
-    rates = [rate(component, convert) for component in pair]
+    rates = [rate(component, convert, name) for component, name in zip(pair, system.names, strict=True)]
+    _refuse_overlap(system, r, attitudes)
     if elements == "mean":
         turning = abs(rates[0] * found.period / (2 * np.pi) - 1.0) > 1e-6
         found, mu = _mean(system, found, known.period is not None, r / np.linalg.norm(r), attitudes, turning)
@@ -183,6 +195,34 @@ def binary(
         convert.attach(np.float64(scalar(convert.strip(time, "time", "time"), "time")), "time"),
     )
     return system, state
+
+
+def _doubts(system: System, components: tuple[Component, Component], synchronous: bool) -> Iterator[str]:
+    """What can be computed with, but is hardly meant."""
+    units = system._units
+    for k, (name, component) in enumerate(zip(system.names, components, strict=True)):
+        called = f"{('primary', 'secondary')[k]} {name!r}"
+        if component.rotation_period is None and not (synchronous and k == 1):
+            yield (
+                f"the {called} has no rotation_period and starts without rotation; expected one, infinite if that is "
+                "meant"
+            )
+        if units.known:
+            from astropy import units as u
+
+            body = system.bodies[k]._core(units, k)
+            density = (body.mass / body.volume * units.unit("density")).to_value(u.kg / u.m**3)
+            if not 100.0 <= density <= 20000.0:
+                yield f"the density of the {called} follows as {density:.4g} kg/m^3; expected 100 to 20000"
+
+
+def _refuse_overlap(system: System, r: Any, attitudes: Any) -> None:
+    try:
+        system._core.energy(State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core)
+    except BodiesOverlap as error:
+        distance = tables.number(system._units.attach(np.float64(np.linalg.norm(r)), "length"))
+        text = f"{' and '.join(error.bodies)} overlap at the start, their centres {distance} apart"
+        raise BodiesOverlap(f"{text}; expected interiors apart", error.bodies, error.time) from None
 
 
 def _mean(
@@ -237,11 +277,12 @@ def _known(
         return number
 
     volumes, masses = [], []
-    for component in components:
+    for place, component in enumerate(components):
+        called = component.name if component.name is not None else f"body {place}"
         volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        density = plain(component.density, "density", "density")
+        density = plain(component.density, "density", f"density of {called}")
         volumes.append(volume)
-        masses.append(plain(component.mass, "mass", "mass") if density is None else density * volume)
+        masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
     return Known(
         gravity,
         (masses[0], masses[1]),
@@ -253,7 +294,7 @@ def _known(
 
 
 def _angle(value: Any, what: str) -> float:
-    return scalar(Units().strip(value, "angle", what), what)
+    return Units().number(value, "angle", what)
 
 
 def _ratio(mass_ratio: float | None, equal_density: bool, volumes: list[float]) -> float | None:
@@ -261,6 +302,9 @@ def _ratio(mass_ratio: float | None, equal_density: bool, volumes: list[float]) 
         if mass_ratio is not None:
             raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
         return volumes[1] / volumes[0]
-    if mass_ratio is not None and not (np.isfinite(mass_ratio) and mass_ratio > 0.0):
+    if mass_ratio is None:
+        return None
+    ratio = scalar(numbers(mass_ratio, "mass_ratio"), "mass_ratio")
+    if not (np.isfinite(ratio) and ratio > 0.0):
         raise InvalidInput(f"mass_ratio is {mass_ratio!r}; expected a finite number above zero")
-    return mass_ratio
+    return ratio

@@ -1,16 +1,20 @@
 """What the paper prints: Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35.
 
-The one source of these numbers for the tables, the figures and the tests.
+The one source of these numbers for the tables, the figures, the report and the tests.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["CPU_TIME", "KW4", "KW4_ERRORS", "KW4_SPIN", "KW4_YEAR", "PaperKW4"]
+__all__ = ["CPU_TIME", "KW4", "KW4_ERRORS", "KW4_SPIN", "KW4_YEAR", "STATEMENTS", "PaperKW4", "Statement"]
 
 #: Length of the run of 1999 KW4 in hours.
 KW4_YEAR = 365.25 * 24.0
+
+#: Length of the dimensionless cases, and the later time of which section 3.1 speaks.
+CASES_END = 200.0
+CASES_LATE = 2200.0
 
 #: CPU time in seconds, the paper's Table 3.
 CPU_TIME = {"case1": 22.8, "case2": 129.0, "ellipsoid": 4.6 * 3600.0, "spheroid": 1.1 * 3600.0}
@@ -47,6 +51,92 @@ KW4 = {
 
 #: Range of Beta's spin (ellipsoids, first 200 h), 1e-5 rad/s. Does not follow from the stated start.
 KW4_SPIN = {"x": (-1.89, 1.86), "y": (-3.20, 3.23), "z": (9.55, 11.16)}
+KW4_SPIN_HOURS = 200.0
 
 #: Largest relative errors from step to step.
 KW4_ERRORS = {"energy": 1e-14, "angular_momentum": 1e-11}
+CASE_ERRORS = 1e-12
+
+#: Eccentricity that the excited state of Fahnestock & Scheeres (2008) surpasses, as section 4 quotes it.
+EXCITED_E = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """One thing that the paper says.
+
+    Attributes
+    ----------
+    where : str
+        Section, figure or table.
+    quantity : str
+        Of what.
+    text : str
+        The number as printed, or the words in short.
+    """
+
+    where: str
+    quantity: str
+    text: str
+
+
+def _statements() -> dict[str, Statement]:
+    said: dict[str, Statement] = {}
+
+    def add(key: str, where: str, quantity: str, text: str) -> None:
+        said[key] = Statement(where, quantity, text)
+
+    first = "3.1, Fig. 2"
+    add("case1.z", first, "motion along z against that along x and y", "11 orders of magnitude smaller")
+    add("case1.z_late", "3.1", "motion along z at t = 2200", "of order 1e-1")
+    add("case1.xy_late", "3.1", "motion along x and y until t = 2200", "no significant changes")
+    add("case1.force", "3.1, Fig. 3", "F_x and F_y on A", "of order 1e-1")
+    add("case1.tumbling", first, "turns about x and z", "multiple")
+    add("case1.spin_z", first, "spin about z, both bodies", "constant")
+    add("case1.rotational", "3.1, Fig. 4", "rotational energy noticeable from t", "about 75")
+    second = "3.2, Fig. 5"
+    add("case2.z", second, "motion along z against that along x and y", "11 orders of magnitude smaller")
+    add("case2.angles", second, "phi and theta oscillate between", "-pi/32 and pi/32")
+    add("case2.psi", second, "psi", "increases linearly")
+    add("case2.spin_z", second, "spin about z, both bodies", "constant at 2")
+    add("case2.transverse", "3.2", "spins about x and y against that about z", "roughly 3 orders of magnitude smaller")
+    add("case2.peaks", second, "spins about x and y are largest", "when the two are close")
+    add("case2.four_times", "3.2", "growth of the spins about x and y for theta_0 = pi/8", "nearly doubles")
+    add("case2.rotational", "3.2, Fig. 6", "rotational energy against translational", "greater, nearly constant")
+    for case, figure in (("case1", "3.1, Fig. 4"), ("case2", "3.2, Fig. 6")):
+        add(f"{case}.energy_error", figure, "energy error, step to step, relative", f"< {CASE_ERRORS:.0e}")
+        add(f"{case}.momentum_error", figure, "angular momentum error, step to step", f"< {CASE_ERRORS:.0e}")
+        add(f"{case}.cpu", "Table 3", "CPU time to t = 200", f"{CPU_TIME[case]} s")
+    for shape, p in KW4.items():
+        for name, quantity in (
+            ("e_max", "largest eccentricity"),
+            ("a_min", "smallest semi-major axis, km"),
+            ("a_max", "largest semi-major axis, km"),
+            ("a_mean", "mean semi-major axis, km"),
+            ("period", "mean period, h"),
+        ):
+            add(f"kw4.{shape}.{name}", "4, Fig. 7", f"{quantity}, {shape}s", f"{getattr(p, name):.4f}")
+        quantity = f"between maxima of the inclination, h, {shape}s"
+        add(f"kw4.{shape}.inclination_period", "4, Fig. 7", quantity, f"about {p.inclination_period:.0f}")
+    add("kw4.mean_e", "5", "mean eccentricity", "larger for spheroids")
+    for axis, (low, high) in KW4_SPIN.items():
+        quantity = f"Beta's spin {axis}, 200 h, 1e-5 rad/s, ellipsoids"
+        add(f"kw4.spin_{axis}", "4, Fig. 8", quantity, f"[{low:.2f}, {high:.2f}]")
+    add("kw4.spheroid.spin_z", "4, Fig. 8", "Beta's spin z, spheroids", "constant")
+    add("kw4.spheroid.spin_xy", "4, Fig. 8", "Beta's spins x and y, spheroids", "as for ellipsoids")
+    add("kw4.excited_e", "4", "largest eccentricity against the excited state of 2008", f"below {EXCITED_E}")
+    add("kw4.between_states", "4", "range of Beta's spin z", "between the relaxed and the excited state of 2008")
+    for shape in KW4:
+        text = f"< {KW4_ERRORS['energy']:.0e}"
+        add(f"kw4.{shape}.energy_error", "4, Fig. 9", f"energy error, step to step, relative, {shape}s", text)
+    text = f"< {KW4_ERRORS['angular_momentum']:.0e}"
+    add("kw4.momentum_error", "4, Fig. 9", "angular momentum error, each component, relative, ellipsoids", text)
+    add("kw4.momentum_drift", "4, Fig. 9", "error of the angular momentum over the year", "drifts")
+    add("all.errors", "5", "errors of energy and angular momentum, all runs", "< 1e-12")
+    for shape in KW4:
+        add(f"kw4.{shape}.cpu", "Table 3", f"CPU time of the year, {shape}s", f"{CPU_TIME[shape] / 3600:.1f} h")
+    return said
+
+
+#: Everything that sections 3 to 5 and the tables state as a result, by key.
+STATEMENTS = _statements()

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._records import Record
 from .elements import KeplerElements
 from .errors import InvalidInput
 from .integrators import Integrator
@@ -43,6 +44,8 @@ class Statistics:
 
 class Dense:
     """A run as a function of time.
+
+    Copies share it; it does not pickle, for it holds the steps themselves: pickle samples of it, ``dense(times)``.
 
     Attributes
     ----------
@@ -87,13 +90,22 @@ class Dense:
             units.attach(arrays["spin"], "spin"),
         )
 
+    def __copy__(self) -> Dense:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Dense:
+        return self
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a continuous solution does not pickle; pickle samples of it, dense(times)")
+
     def __repr__(self) -> str:
         start, end = self.range
         return f"Dense(from {start} to {end}, {self._core.bytes / 1e6:.1f} MB)"
 
 
-@dataclass(frozen=True, slots=True)
-class Samples:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Samples(Record):
     """States of a run at asked-for times.
 
     Attributes
@@ -114,7 +126,7 @@ class Run:
     """What an integration recorded; K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run` (its statistics and events are the whole run's).
-    Arrays are read-only views; Quantities where the system has units.
+    Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
 
     Attributes
     ----------
@@ -144,8 +156,27 @@ class Run:
         self.stop_reason = "end"
         self.dense: Dense | None = None
         self._record = record
-        for values in record.values():
+        self._protect()
+
+    def _protect(self) -> None:
+        for values in self._record.values():
             values.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "dense": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._protect()
+
+    def __copy__(self) -> Run:
+        return self[:]
+
+    def __deepcopy__(self, memo: Any) -> Run:
+        # Nothing in it changes, but for the list of events.
+        run = self[:]
+        run.events = list(run.events)
+        return run
 
     def _get(self, name: str, dimension: str) -> Any:
         return self.system._units.attach(self._record[name], dimension)
@@ -234,7 +265,7 @@ class Run:
         change = np.linalg.norm(momentum - momentum[0], axis=1)
         return np.asarray(change / np.linalg.norm(momentum[0]))
 
-    def elements(self, mu: Any = None, primary: int = 0, secondary: int = 1) -> KeplerElements:
+    def elements(self, mu: Any = None, *, primary: int = 0, secondary: int = 1) -> KeplerElements:
         """Osculating elements of one body about another.
 
         Parameters
@@ -257,9 +288,10 @@ class Run:
         (11,)
         """
         units = self.system._units
-        primary, secondary = self.system._place(primary), self.system._place(secondary)
+        primary = self.system._place(primary, "primary")
+        secondary = self.system._place(secondary, "secondary")
         mu = self.system.mu(primary, secondary) if mu is None else mu
-        number = float(units.strip(mu, "mu", "mu"))
+        number = units.number(mu, "mu", "mu")
         position, velocity = self._record["position"], self._record["velocity"]
         rows = _core.cartesian_to_elements(
             np.ascontiguousarray(position[:, secondary] - position[:, primary]),

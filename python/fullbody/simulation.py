@@ -59,10 +59,7 @@ class Simulation:
         self._core = _core.Simulation(system._core, system._strip(state), *integrator._arguments(self._time_of_step))
 
     def _time_of_step(self, step: Any) -> float:
-        value = scalar(self._system._units.strip(step, "time", "step"), "step")
-        if not value > 0.0 or not np.isfinite(value):
-            raise InvalidInput(f"step is {step!r}; expected a finite time above zero")
-        return value
+        return self._system._units.number(step, "time", "step")
 
     @property
     def system(self) -> System:
@@ -163,7 +160,7 @@ class Simulation:
         if spacing is not None:
             self._refuse_flood((end - self._core.time) / spacing, output)
         watched = _events(events)
-        described = [event._describe(units) for event in watched]
+        described = [event._describe(self._system) for event in watched]
         keep = None
         if autosave is not None:
             path, seconds = _autosave(autosave)
@@ -274,6 +271,14 @@ class Simulation:
 
     def __reduce__(self) -> Any:
         return (Simulation._from_bytes, (self._to_bytes(self._core.to_bytes()),))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Simulation):
+            return NotImplemented
+        first, second = (sim._to_bytes(sim._core.to_bytes()) for sim in (self, other))
+        return first == second
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"Simulation({self._system!r}, time={self.time}, integrator={self._integrator!r})"

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._arguments import refuse_unknown
+from ._records import block
 from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput
 
@@ -178,9 +180,7 @@ class State:
         3.0
         """
         names = ("position", "velocity", "attitude", "spin", "time")
-        unknown = set(changes) - set(names)
-        if unknown:
-            raise InvalidInput(f"{sorted(unknown)[0]!r} is no part of a state; expected some of {names}")
+        refuse_unknown(changes, names, "State.replace")
         return State(**{name: changes.get(name, getattr(self, name)) for name in names})
 
     def __len__(self) -> int:
@@ -201,10 +201,8 @@ class State:
         return tables.to_html(tables.of_state(self))
 
     def __repr__(self) -> str:
-        with np.printoptions(precision=6, suppress=False):
-            rows = [f"  {name}={getattr(self, name)!s}" for name in ("position", "velocity", "attitude", "spin")]
-        body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
-        return f"State(time={self.time},\n{body})"
+        parts = {name: getattr(self, name) for name in ("position", "velocity", "attitude", "spin")}
+        return block(f"State(time={self.time},", **parts)
 
     def __reduce__(self) -> Any:
         arguments = (self.position, self.velocity, self.attitude, self.spin, self.time)

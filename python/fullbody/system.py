@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _core, _epoch
+from ._arguments import named_options, place
+from ._records import Record, block
 from ._units import Units, scalar
 from .bodies import SHAPES, Body
 from .errors import FullbodyError, InvalidInput
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["Energy", "Interactions", "System"]
 
 
-@dataclass(frozen=True, slots=True)
-class Interactions:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Interactions(Record):
     """Forces, torques and the potential energy of a state.
 
     Attributes
@@ -38,6 +39,9 @@ class Interactions:
     force: Any
     torque: Any
     potential_energy: Any
+
+    def __repr__(self) -> str:
+        return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +76,8 @@ class System:
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass), optional
-        Names or astropy units. Results are then Quantities, and plain numbers are taken to be in these units.
+        Names or astropy units. Results are then Quantities, and plain numbers are taken to be in these units. Text
+        with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
     attitude_chart : {"quaternion", "tait_bryan"}
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
@@ -99,6 +104,7 @@ class System:
 
     __slots__ = ("_G", "_bodies", "_core", "_options", "_units")
 
+    @named_options("System")
     def __init__(
         self,
         bodies: Sequence[Body],
@@ -215,17 +221,11 @@ class System:
             Places in :attr:`bodies`.
         """
         masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
-        return self._units.attach(self._G * (masses[self._place(i)] + masses[self._place(j)]), "mu")
+        return self._units.attach(self._G * (masses[self._place(i, "i")] + masses[self._place(j, "j")]), "mu")
 
-    def _place(self, index: int) -> int:
+    def _place(self, index: object, what: str) -> int:
         """A place in the system, or an error that says how many there are."""
-        try:
-            place = operator.index(index)
-        except TypeError:
-            place = -1
-        if not 0 <= place < len(self._bodies):
-            raise InvalidInput(f"place of a body is {index!r}; expected a whole number below {len(self._bodies)}")
-        return place
+        return place(index, len(self._bodies), what)
 
     def with_options(self, **options: Any) -> System:
         """The same bodies and G with other settings.
@@ -311,8 +311,8 @@ class System:
         Parameters
         ----------
         state : State
-        until : float or Quantity
-            End of the run; before ``state.time`` to run backwards.
+        until : float, Quantity or text with a unit
+            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
         output : None, float, Quantity or array_like
             ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
             times.
@@ -390,7 +390,7 @@ class System:
 
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"
-        return f"System({list(self.names)}, G={self._G!r}, gravity={self._options['gravity']!r}{units})"
+        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
 
     def __reduce__(self) -> Any:
         return (_assemble, (self._bodies, self._G, self._units.names, self._options))

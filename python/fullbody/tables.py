@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from .bodies import Body
@@ -81,9 +84,10 @@ def of_body(body: Body) -> Table:
     rows: list[Sequence[str]] = [("shape", type(body.shape).__name__)]
     if body.shape.semi_axes is not None:
         rows.append(("semi-axes", ", ".join(number(axis) for axis in body.shape.semi_axes)))
-    rows += [("mass", number(body.mass))]
-    if body.density is not None:
-        rows += [("density", number(body.density))]
+    # Where only some of a body's numbers have units, what follows from them is known to its system alone.
+    for name in ("mass", "density"):
+        with contextlib.suppress(InvalidInput):
+            rows += [(name, number(value))] if (value := getattr(body, name)) is not None else []
     return Table(f"Body {body.name}" if body.name is not None else "Body", (), rows)
 
 

@@ -37,7 +37,6 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import tomllib
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -48,6 +47,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import integrators
+from ._arguments import suggestion
+from ._records import Record
 from ._units import Units
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
@@ -69,8 +70,8 @@ _STATE = ("time", "position", "velocity", "spin")
 _DIMENSION = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
-@dataclass(frozen=True, slots=True)
-class Setup:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Setup(Record):
     """What a ``system.toml`` asks for.
 
     Attributes
@@ -243,9 +244,7 @@ class _Table:
         """Refuse keys other than these, before a misspelt one is reported as missing."""
         for key in self.content:
             if key not in known:
-                close = difflib.get_close_matches(key, known, 1)
-                hint = f"did you mean {close[0]!r}?" if close else f"expected some of {', '.join(known)}"
-                raise self.fault(key, f"is no key of this table; {hint}")
+                raise self.fault(key, f"is no key of this table; {suggestion(key, known)}")
         return self
 
 

@@ -1,5 +1,7 @@
 """Bad input is refused with the package's errors, which name the body or quantity, the value and what was expected."""
 
+import inspect
+
 import fullbody
 import numpy as np
 import pytest
@@ -153,6 +155,29 @@ def test_options_of_a_system(options, words):
     refused(lambda: System(BODIES, **{"G": 1.0, **options}), *words)
 
 
+def test_options_that_do_not_exist():
+    """Named, with the nearest that does and all there are."""
+    meant = "'gravty' is no option of System; did you mean 'gravity'? expected some of bodies, G, gravity, "
+    refused(lambda: System(BODIES, G=1.0, gravty="point"), meant)
+    refused(lambda: SYSTEM.with_options(gravty="point"), meant)
+    refused(lambda: fullbody.systems.kw4(gravty="point"), meant)
+    refused(lambda: fullbody.systems.case1(gravty="point"), meant)
+    refused(lambda: fullbody.systems.didymos(gravty="point"), "'gravty'", "did you mean 'gravity'? expected some of")
+    refused(lambda: fullbody.systems.didymos(epoch="2022-09-26 TDB"), "'epoch' is no option of this system")
+    refused(lambda: System(BODIES, G=1.0, colour="red"), "'colour' is no option of System; expected some of bodies, G")
+    refused(lambda: START.replace(positon=POSITION), "'positon'", "did you mean 'position'?", "velocity, attitude")
+    # What inspect and the editors see is the function itself.
+    assert "gravity_tolerance" in inspect.signature(System).parameters
+
+
+def test_which_number_is_mu():
+    run = SYSTEM.integrate(START, 1.0)
+    with pytest.raises(TypeError, match="positional"):
+        run.elements(2.0, 0, 1)
+    assert run.elements(2.0) == run.elements(mu=2.0, primary=0, secondary=1) == run.elements()
+    refused(lambda: run.elements(primary="Alpha"), "primary is 'Alpha'; expected 0 to 1, one of the 2 bodies")
+
+
 @pytest.mark.parametrize("value", [-1e-13, NAN, INF, 1.0, "small", None, True])
 @pytest.mark.parametrize("name", ["rtol", "atol"])
 def test_tolerances(name, value):
@@ -202,8 +227,13 @@ def test_not_a_state_not_a_system():
 
 def test_places_of_bodies_that_do_not_exist():
     run = SYSTEM.integrate(START, 1.0)
-    refused(lambda: SYSTEM.mu(0, 7), "7")
-    refused(lambda: run.elements(secondary=5), "5")
+    refused(lambda: SYSTEM.mu(0, 7), "j is 7; expected 0 to 1, one of the 2 bodies")
+    refused(lambda: run.elements(secondary=5), "secondary is 5; expected 0 to 1, one of the 2 bodies")
+    for event in (fullbody.events.Contact(0, 5), fullbody.events.PlaneCrossing(1, 5)):
+        what = f"j of {type(event).__name__} is 5; expected 0 to 1, one of the 2 bodies"
+        refused(lambda event=event: SYSTEM.integrate(START, 1.0, events=[event]), what)
+    alone = System(BODIES[:1], G=1.0)
+    refused(lambda: alone.mu(0, 1), "j is 1; expected 0, the only body")
 
 
 @pytest.mark.parametrize(

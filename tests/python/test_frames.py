@@ -96,3 +96,36 @@ def test_epoch_and_frame_survive_a_file(tmp_path):
     assert loaded == run
     assert loaded.system.frame == "ecliptic"
     assert loaded.system.epoch == system.epoch
+
+
+@pytest.mark.parametrize(
+    ("vector", "what"),
+    [
+        ([1.0, 2.0], r"has shape \(2,\); expected \(\.\.\., 3\)"),
+        (1.0, r"has shape \(\); expected \(\.\.\., 3\)"),
+        ([1.0, np.nan, 0.0], "is .*nan.*; expected finite numbers"),
+        ("up", "is 'up'; expected numbers"),
+        (None, "is None; expected numbers"),
+    ],
+)
+def test_vectors_that_are_none(vector, what):
+    with pytest.raises(fullbody.InvalidInput, match="vectors " + what):
+        frames.turn(vector, "ecliptic", "equatorial")
+    with pytest.raises(fullbody.InvalidInput, match="vector " + what):
+        frames.pole_angles(vector)
+
+
+def test_directions_and_states_that_are_none():
+    with pytest.raises(fullbody.InvalidInput, match=r"vector is .*; expected three numbers that are not all zero"):
+        frames.pole_angles([[0, 0, 1], [0, 0, 0]])
+    with pytest.raises(fullbody.InvalidInput, match="state is 3; expected a State"):
+        frames.turn_state(3, "ecliptic", "equatorial")
+
+
+def test_vectors_with_units_keep_them():
+    """The pole of the ecliptic is at the declination 90 degrees less the obliquity, in any unit."""
+    turned = frames.turn([0 * u.km, 0 * u.km, 1000 * u.m], "ecliptic", "equatorial")
+    assert turned.unit.is_equivalent(u.km)
+    np.testing.assert_allclose(turned[2].to_value(u.km), np.cos(np.deg2rad(84381.406 / 3600)), rtol=1e-6)
+    longitude, latitude = frames.pole_angles([0, 2, 2] * u.km)
+    np.testing.assert_allclose([longitude, latitude], [np.pi / 2, np.pi / 4], rtol=1e-15)

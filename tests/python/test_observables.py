@@ -90,6 +90,10 @@ def test_a_drift_of_the_period():
     found = observables.mutual_period(made_up)
     np.testing.assert_allclose(found.period[1:] / found.period[:-1], growth, rtol=1e-7)
     np.testing.assert_allclose(found.drift, (growth - 1) / growth, rtol=1e-5)
+    # The mean is that of the window; numpy squares the weights.
+    slope = np.polyfit(time, longitude, 1, w=np.sin(np.pi * time / 100.0))[0]
+    np.testing.assert_allclose(found.mean, 2 * np.pi / slope, rtol=1e-6)
+    assert abs(found.mean - found.period.mean()) > 1e-4
 
 
 def test_precession_over_an_oblate_body():
@@ -121,7 +125,7 @@ def test_precession_over_an_oblate_body():
 def librating(e, offset, time):
     a, b = 0.0010, 0.0009
     system, state = binary(
-        Component(diameter=0.1, mass=1.0),
+        Component(diameter=0.1, mass=1.0, rotation_period=np.inf),
         Component(semi_axes=(a, b, 0.0008), mass=1e-9),
         G=1.0 / (1 + 1e-9),
         semi_major_axis=1.0,
@@ -155,7 +159,7 @@ def test_forced_libration():
 
 def test_a_body_that_circulates_and_bodies_without_an_axis():
     system, state = binary(
-        Component(diameter=0.2, mass=1.0),
+        Component(diameter=0.2, mass=1.0, rotation_period=np.inf),
         Component(semi_axes=(0.02, 0.015, 0.01), mass=1e-3, rotation_period=2.0),
         G=1.0,
         semi_major_axis=1.0,
@@ -170,7 +174,7 @@ def test_a_body_that_circulates_and_bodies_without_an_axis():
         observables.libration(run, body=0, about=1)
     points, start = pair_of_points(0.0)
     with pytest.raises(fullbody.InvalidInput, match="point"):
-        observables.libration(points.integrate(start, 10.0, output=0.1))
+        observables.libration(points.integrate(start, 20.0, output=0.1))
 
 
 def test_roll_pitch_yaw_at_the_start():
@@ -248,28 +252,94 @@ def test_quantities():
     assert swings.frequencies.unit.is_equivalent(u.rad / u.s)
 
 
+OF_REVOLUTIONS = (
+    observables.element_rates,
+    observables.mutual_period,
+    observables.orbit_precession,
+    observables.spin_precession,
+    observables.libration,
+)
+OF_SAMPLES = (observables.obliquity, observables.roll_pitch_yaw)
+
+
+@pytest.mark.parametrize("function", OF_REVOLUTIONS)
+def test_runs_too_short_to_mean_anything(function):
+    """Circular, with n = 1."""
+    system, state = pair_of_points(0.0)
+    for turns in (0.3, 1.97):
+        run = system.integrate(state, 2 * np.pi * turns, output=0.1)
+        with pytest.raises(fullbody.InvalidInput, match=f"the run covers {turns} revolutions; .* needs 2 or more"):
+            function(run)
+    run = system.integrate(state, 4.02 * np.pi, output=0.1)
+    if function in (observables.element_rates, observables.mutual_period):
+        function(run)
+    with pytest.raises(fullbody.InvalidInput, match="the run has 2 samples"):
+        function(system.integrate(state, 4.02 * np.pi, output=4.02 * np.pi))
+
+
+@pytest.mark.parametrize("function", OF_REVOLUTIONS)
+def test_samples_too_far_apart_to_count_revolutions(function):
+    """At 0.6 of a period the motion seems to go backwards."""
+    system, state = pair_of_points(0.0)
+    run = system.integrate(state, 2 * np.pi * 60, output=2 * np.pi * 0.6)
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"the run has 101 samples in about 60 revolutions; .* several in each"
+    ):
+        function(run)
+
+
+@pytest.mark.parametrize("function", OF_REVOLUTIONS + OF_SAMPLES)
+def test_what_is_not_a_run_or_a_body(function):
+    system, state = pair_of_points(0.1)
+    run = system.integrate(state, 20.0, output=0.1)
+    with pytest.raises(fullbody.InvalidInput, match=r"is a State; expected a fullbody\.Run"):
+        function(state)
+    for body in (2, -1, "Beta", 1.0, None, True):
+        with pytest.raises(
+            fullbody.InvalidInput, match=f"body of .* is {body!r}; expected 0 to 1, one of the 2 bodies"
+        ):
+            function(run, body=body)
+    with pytest.raises(fullbody.InvalidInput, match=r"about of .* is 7; expected 0 to 1, one of the 2 bodies"):
+        function(run, about=7)
+    with pytest.raises(fullbody.InvalidInput, match="of body 1 about itself"):
+        function(run, body=1, about=1)
+
+
 def test_what_cannot_be_observed_is_named():
     system, state = pair_of_points(0.1)
-    run = system.integrate(state, 1.0, output=0.1)
-    with pytest.raises(fullbody.InvalidInput, match="revolutions"):
-        observables.mutual_period(run)
-    with pytest.raises(fullbody.InvalidInput, match="body 2"):
-        observables.mutual_period(run, body=2)
-    with pytest.raises(fullbody.InvalidInput, match="itself"):
-        observables.obliquity(run, body=1, about=1)
-    with pytest.raises(fullbody.InvalidInput, match="does not spin"):
-        observables.obliquity(run)
-    with pytest.raises(fullbody.InvalidInput, match="samples"):
-        observables.orbit_precession(system.integrate(state, 1.0, output=0.5))
-    with pytest.raises(fullbody.InvalidInput, match="axis"):
-        observables.orbit_precession(system.integrate(state, 10.0, output=0.5), axis=[0, 0, 0])
+    run = system.integrate(state, 20.0, output=0.1)
+    for function, options in ((observables.obliquity, {}), (observables.spin_precession, {"body": 1, "about": 0})):
+        with pytest.raises(fullbody.InvalidInput, match="does not spin"):
+            function(run, **options)
+    for axis in ([0, 0, 0], [0, 0], "z", [0, 0, np.nan]):
+        with pytest.raises(fullbody.InvalidInput, match="axis"):
+            observables.orbit_precession(run, axis=axis)
+    for count in (0, -1, 1.5, None):
+        with pytest.raises(fullbody.InvalidInput, match=r"count is .*; expected a whole number"):
+            observables.libration(run, count=count)
+
+
+def test_results_are_short_to_read_and_compare():
+    run, _ = librating(0.01, 0.0, 100.0)
+    for function in OF_REVOLUTIONS:
+        if function is observables.spin_precession:
+            continue
+        found, again = function(run), function(run)
+        assert len(repr(found)) < 1000
+        assert "\n" not in repr(found)
+        assert found == again
+        assert found != function(run[5:])
+        assert found != "found"
+    assert "angle=<(401,), " in repr(observables.libration(run))
+    swings = observables.libration(run)
+    assert f"amplitude={swings.amplitude}" in repr(swings)
 
 
 def test_without_scipy_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy.interpolate", None)
     system, state = pair_of_points(0.0)
     with pytest.raises(ImportError, match=r"fullbody\[analysis\]"):
-        observables.mutual_period(system.integrate(state, 10.0, output=0.5))
+        observables.mutual_period(system.integrate(state, 20.0, output=0.5))
 
 
 def test_importing_fullbody_imports_nothing_heavy():

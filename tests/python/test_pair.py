@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from fullbody import Component, binary
 
-BIG, SMALL = {"semi_axes": (1.0, 0.9, 0.8)}, {"semi_axes": (0.3, 0.2, 0.15)}
+INF = float("inf")
+BIG = {"semi_axes": (1.0, 0.9, 0.8), "rotation_period": INF}
+SMALL = {"semi_axes": (0.3, 0.2, 0.15)}
 
 
 def relative(state):
@@ -106,7 +108,7 @@ def test_what_is_missing_or_wrong_is_named(given, what):
 def test_poles_and_pointing():
     lon, lat = np.radians([310.0, -84.0])
     system, state = binary(
-        Component(**BIG, mass=3.0, rotation_period=2.0, pole=(1.0, 0.5), rotation_angle=0.3),
+        Component(**{**BIG, "rotation_period": 2.0}, mass=3.0, pole=(1.0, 0.5), rotation_angle=0.3),
         Component(**SMALL, mass=1.0),
         G=1.0,
         semi_major_axis=4.0,
@@ -194,3 +196,106 @@ def test_mean_elements_keep_the_period():
     np.testing.assert_allclose(state.spin[1, 2], rate, rtol=1e-12)
     with pytest.raises(fullbody.InvalidInput, match="elements is 'true'"):
         binary(*shapes, period=period, elements="true", **given)
+
+
+def test_bodies_that_overlap_at_the_start():
+    """Spheres of radius 1 and 0.5 touch at 1.5."""
+    first, second = Component(diameter=2.0, mass=3.0, rotation_period=INF), Component(diameter=1.0, mass=1.0, name="B")
+    binary(first, second, G=1.0, semi_major_axis=1.5001)
+    for kind in ("osculating", "mean"):
+        with pytest.raises(
+            fullbody.BodiesOverlap, match=r"body 0 and B overlap at the start, their centres 1\.4999 apart"
+        ):
+            binary(first, second, G=1.0, semi_major_axis=1.4999, elements=kind)
+    # At periapsis 1.35, at apoapsis 1.65.
+    with pytest.raises(fullbody.BodiesOverlap, match=r"1\.35 apart"):
+        binary(first, second, G=1.0, semi_major_axis=1.5, eccentricity=0.1, gravity="point")
+    binary(first, second, G=1.0, semi_major_axis=1.5, eccentricity=0.1, mean_anomaly=180 * u.deg)
+
+
+def test_densities_that_no_asteroid_has():
+    """A sphere of 1 km across has 0.52360 km^3; 5.2360e11 kg in it are 1000 kg/m^3."""
+    ball = {"diameter": 1 * u.km, "rotation_period": INF}
+
+    def weigh(mass, **options):
+        masses = {"mass": mass, "name": "Ball"}, {"mass": 5.2360e11 * u.kg}
+        first, second = (Component(**ball, **m) for m in masses)
+        given = {"semi_major_axis": 3 * u.km, "synchronous": False, "units": ("km", "hour", "kg")}
+        return binary(first, second, **given, **options)
+
+    weigh(5.2360e11 * u.kg)
+    for mass, density in ((5.2360e9 * u.kg, "10"), (1.5708e10 * u.t, "3e.04")):
+        with pytest.warns(
+            fullbody.InconsistentInput, match=f"primary 'Ball' follows as {density} kg/m.3; expected 100"
+        ):
+            weigh(mass)
+    # In km, hour and kg a density of two is two kilograms a cubic kilometre.
+    first, second = (Component(**ball, density=2.0, name=name) for name in ("Alpha", "Beta"))
+    with pytest.warns(fullbody.InconsistentInput) as caught:
+        binary(first, second, semi_major_axis=3 * u.km, units=("km", "hour", "kg"), synchronous=False)
+    assert [str(w.message).split(" follows as ")[1][:14] for w in caught] == ["2e-09 kg/m^3; "] * 2
+    assert "secondary 'Beta'" in str(caught[1].message)
+
+
+def test_a_rotation_that_is_not_stated_is_visible():
+    still, turning = Component(diameter=2.0, mass=3.0), Component(diameter=2.0, mass=3.0, rotation_period=4.0)
+    small = Component(diameter=0.2, mass=0.1, name="Beta")
+    given = {"G": 1.0, "semi_major_axis": 5.0}
+    with pytest.warns(fullbody.InconsistentInput, match="primary 'body 0' has no rotation_period and starts without"):
+        _, state = binary(still, small, **given)
+    np.testing.assert_array_equal(state.spin[0], 0.0)
+    with pytest.warns(fullbody.InconsistentInput, match="secondary 'Beta' has no rotation_period"):
+        _, state = binary(turning, small, synchronous=False, **given)
+    np.testing.assert_allclose(state.spin, [[0, 0, np.pi / 2], [0, 0, 0]])
+    # Said outright, no warning; a synchronous secondary turns with the orbit of n^2 a^3 = G M.
+    _, state = binary(Component(diameter=2.0, mass=3.0, rotation_period=INF), small, **given)
+    np.testing.assert_allclose(state.spin, [[0, 0, 0], [0, 0, np.sqrt(3.1 / 125)]])
+
+
+@pytest.mark.parametrize("pole", [5, (1, 2, 3), (310.0, -84.0), "north", (0.0, 2.0)])
+def test_a_pole_is_two_angles(pole):
+    what = r"expected \(longitude, latitude\) in radians, the latitude from -pi/2 to pi/2, or Quantities"
+    with pytest.raises(fullbody.InvalidInput, match=f"^pole is .*{what}"):
+        binary(Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0), G=1.0, semi_major_axis=5.0, pole=pole)
+    with pytest.raises(fullbody.InvalidInput, match=f"^pole of Alpha is .*{what}"):
+        Component(**BIG, mass=3.0, pole=pole, name="Alpha")
+
+
+def test_poles_with_wrong_parts_name_the_part():
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    for pole, what in (
+        ((1 * u.kg, 0.0), "longitude of pole has the unit kg; expected a unit such as rad"),
+        ((0.0, float("nan")), "latitude of pole is nan; expected a finite number"),
+        (("x", 0.0), "longitude of pole is 'x'; expected numbers"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            binary(first, second, G=1.0, semi_major_axis=5.0, pole=pole)
+
+
+def test_texts_with_units():
+    texts = binary(
+        Component(diameters=("1.53 km", "1.5 km", "1350 m"), rotation_period="2.765 hour", density="2 g/cm3"),
+        Component(diameter="0.45 km", mass="1.35e11 kg"),
+        period="17.42 hour",
+        pole=("105.4 deg", "-66 deg"),
+        mean_anomaly="90 deg",
+        units=("km", "hour", "kg"),
+    )
+    quantities = binary(
+        Component(diameters=(1.53, 1.5, 1.35) * u.km, rotation_period=2.765 * u.hour, density=2 * u.g / u.cm**3),
+        Component(diameter=0.45 * u.km, mass=1.35e11 * u.kg),
+        period=17.42 * u.hour,
+        pole=(105.4 * u.deg, -66 * u.deg),
+        mean_anomaly=90 * u.deg,
+        units=("km", "hour", "kg"),
+    )
+    np.testing.assert_allclose(texts[0].masses.value, quantities[0].masses.value, rtol=1e-15)
+    np.testing.assert_allclose(texts[1].position.value, quantities[1].position.value, rtol=1e-15)
+
+
+def test_unknown_options_are_named():
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"'peroid' is no option of binary; did you mean 'period'\?"):
+        binary(first, second, G=1.0, peroid=3.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"'gravty' is no option of binary; did you mean 'gravity'\?"):
+        binary(first, second, G=1.0, period=30.0, gravty="point")

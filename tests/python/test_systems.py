@@ -40,8 +40,76 @@ def test_each_says_where_its_numbers_are_from(name):
         assert source in text
     for sentence in facts.assumed:
         assert sentence in text
+    for note in facts.second_hand + facts.unconfirmed:
+        assert note.removeprefix("uncertainty of ") in facts.values
+        assert note in text.partition("not confirmed against the source")[2]
+    assert not set(facts.second_hand) & set(facts.unconfirmed)
     with pytest.raises(fullbody.InvalidInput, match="antiope"):
         systems.published("vulcan")
+
+
+def test_completion_offers_what_is_documented():
+    assert dir(systems) == sorted(systems.__all__)
+    functions = set(systems.__all__) - {"Published", "Value", "published"}
+    assert functions == {*PUBLISHED, "kw4", "kw4_ho2021", "case1", "case2"}
+    for name in functions:
+        assert callable(getattr(systems, name))
+        assert f":func:`{name}`" in systems.__doc__
+    for name, doi in [("kw4", "10.1126/science.1133622"), ("kw4", "10.1016/j.icarus.2007.11.007")]:
+        assert doi in getattr(systems, name).__doc__
+
+
+# As printed in the sources' abstracts, and for 2001 SN263 in Table 4 of Fang et al. (2011).
+PRINTED = {
+    "didymos_after_dart": {
+        "axis ratios a/b, a/c of Dimorphos": "1.3, 1.6",
+        "orbital period": "11.3674 +- 0.0004 h",
+        "eccentricity": "0.028 +- 0.016 (3 sigma)",
+        "apsidal precession (not used)": "6.7 +- 0.2 deg/day",
+    },
+    "antiope": {"refined density (not used)": "1.28 +- 0.04 g/cm^3"},
+    "fg3_1996": {
+        "diameter of the primary": "1.69 +- 0.18, 0.12 km",
+        "diameter of the secondary": "0.51 +- 0.03 km",
+        "semi-major axis (not used)": "2.8 +- 1.7, 0.7 km",
+        "orbital period": "16.1508 +- 0.0002 (3 sigma) h",
+        "pole (longitude, latitude)": "266, -83 +- 4 (3 sigma) deg",
+    },
+    "patroclus_menoetius": {
+        "GM of the system": "0.095 +- 0.0012 km^3/s^2",
+        "orbital period": "4.282753 +- 0.000023 day",
+        "semi-major axis (not used)": "692.5 +- 4.0 km",
+        "eccentricity": "0.004 +- 0.004",
+        "pole (right ascension, declination)": "178, -74.1 +- 0.5, 0.2 deg",
+    },
+    "pluto_charon": {
+        "radius of Pluto": "1188.3 +- 1.6 (2 sigma) km",
+        "radius of Charon": "606 +- 1.0 (2 sigma) km",
+        "GM of Pluto": "869.3 +- 0.4 km^3/s^2",
+        "GM of Charon": "106.1 +- 0.3 km^3/s^2",
+        "orbital period": "6.3872273 +- 0.0000003 day",
+        "inclination to the equator": "96.218 +- 0.008 deg",
+        "ascending node on the equator": "3.89249 +- 0.00012 rad",
+        "mean longitude": "4.50177 +- 0.00018 rad",
+    },
+    "sn263_2001": {
+        "diameter of Alpha": "2.5 +- 0.3 km",
+        "diameter of Beta": "0.77 +- 0.12 km",
+        "diameter of Gamma": "0.43 +- 0.14 km",
+        "rotation period of Alpha": "3.4256 +- 0.0002 h",
+        "rotation period of Beta": "13.43 +- 0.01 h",
+        "pole of Alpha (ecliptic longitude, latitude)": "309, -80 +- 15 deg",
+        "semi-major axis of Gamma": "3.804 km",
+        "inclination of Beta": "157.486 deg",
+        "inclination of Gamma": "165.045 deg",
+    },
+}
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_numbers_are_as_printed(name):
+    facts = systems.published(name)
+    assert {what: str(facts.values[what]) for what in PRINTED[name]} == PRINTED[name]
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -80,7 +148,9 @@ def test_frames_are_turned_as_a_whole(name):
             np.linalg.norm(system.angular_momentum(ecliptic)),
             rtol=1e-12,
         )
-    np.testing.assert_allclose(plane.position[1, 2] if name != "sn263_2001" else plane.position[2, 2], 0.0, atol=1e-9)
+    # The plane is that of Gamma's orbit in the triple.
+    near = plane.position[2 if name == "sn263_2001" else 1] - plane.position[0]
+    np.testing.assert_allclose(near[2], 0.0, atol=1e-12 * np.linalg.norm(near))
     with pytest.raises(fullbody.InvalidInput, match="frame is 'sky'"):
         make(frame="sky")
 
@@ -97,6 +167,8 @@ def test_didymos():
     # Retrograde to the ecliptic: published as 169.3 +- 1.0 degrees by others; the pole is known to 20 degrees.
     np.testing.assert_allclose(np.degrees(elements.i), 174.0, rtol=1e-9)
     assert system.epoch == Time("2022-09-26T23:14:24.183", scale="utc")
+    # Naidu et al. (2022), doi:10.48550/arXiv.2210.05101, from lightcurves alone: 11.9214869 +- 0.000028 h.
+    assert abs(systems.published("didymos")["orbital period"] - 11.9214869) < 0.000028
 
 
 def test_dart_lowered_the_orbit():
@@ -146,6 +218,10 @@ def test_patroclus():
     # Brozovic et al. (2024): 692.5 +- 4.0 km; 1.05 +- 0.21 g/cm^3.
     assert abs(orbit(system, state).a - 692.5) < 4.0
     assert abs(system.bodies[0].density / 1e12 - 1.05) < 0.21
+    # Buie et al. (2015): both have the axial ratios 1.3 : 1.21 : 1.
+    for body in system.bodies:
+        axes = np.array(body.shape.semi_axes)
+        np.testing.assert_allclose(axes / axes[2], [1.3, 1.21, 1.0], rtol=0.02)
     np.testing.assert_allclose(orbit_pole(state), [178.0, -74.1], rtol=1e-9)
     # In ecliptic coordinates an older solution (Marchis et al. 2006) has (234 +- 5, -62 +- 1) degrees.
     assert np.abs(orbit_pole(systems.patroclus_menoetius(frame="ecliptic")[1]) - [234, -62]).max() < 6
@@ -157,6 +233,9 @@ def test_antiope():
     assert abs(system.bodies[0].density / 1e12 - 1.25) < 0.05
     np.testing.assert_allclose(system.masses.sum(), 8.3e17, rtol=0.02)
     np.testing.assert_allclose(orbit_pole(state), [200, 38], rtol=1e-9)
+    # Bartczak et al. (2014), doi:10.1093/mnras/stu1247: 16.505046 h; the pole (199, 38) +- 5; 176 +- 4 km, 9.14e17 kg.
+    np.testing.assert_allclose(systems.published("antiope")["orbital period"], 16.505046, atol=1e-4)
+    assert np.abs(orbit_pole(state) - [199, 38]).max() < 5
 
 
 def test_pluto_and_charon():
@@ -178,21 +257,47 @@ def test_pluto_and_charon():
     assert system.epoch == Time(2452600.5, format="jd", scale="tt")
 
 
+def relative(state, masses, body):
+    """A satellite of the triple about Alpha, or about the barycentre of Alpha and Gamma."""
+    inner = [0, 2] if body == 1 else [0]
+    share = masses[inner] / masses[inner].sum()
+    return state.position[body] - share @ state.position[inner], state.velocity[body] - share @ state.velocity[inner]
+
+
 def test_the_triple():
     system, state = systems.sn263_2001()
-    # Fang et al. (2011): periods of 6.225 +- 0.0953 and 0.686 +- 0.00159 days, the orbits inclined by 14 degrees.
+    masses = system.masses
+    # Fang et al. (2011), Table 4: i, node, argument of periapsis, mean anomaly on the equator of J2000, MJD 54509.0.
+    printed = {1: (157.486, 161.144, 131.249, 212.658), 2: (165.045, 198.689, 292.435, 248.816)}
+    assert system.epoch == Time(54509.0, format="mjd", scale="tt")
+    normals = []
+    for body, mass in ((1, masses.sum()), (2, masses[0] + masses[2])):
+        r, v = relative(state, masses, body)
+        elements = fullbody.KeplerElements.from_cartesian(r, v, system.G * mass)
+        found = np.degrees([elements.i, elements.Omega, elements.omega, elements.M]) % 360
+        np.testing.assert_allclose(found, printed[body], rtol=1e-9)
+        normals.append(np.cross(r, v) / np.linalg.norm(np.cross(r, v)))
+        # The spin axis of a satellite is the pole of its orbit; Gamma's x-axis points at Alpha.
+        np.testing.assert_allclose(state.rotation_matrix[body][:, 2], normals[-1], atol=1e-12)
+    np.testing.assert_allclose(state.rotation_matrix[2][:, 0], -r / np.linalg.norm(r), atol=1e-12)
+    # There: inclined to each other by "~14 degrees".
+    assert abs(np.degrees(np.arccos(normals[0] @ normals[1])) - 14.0) < 0.5
+    # Periods of 6.225 +- 0.0953 and 0.686 +- 0.00159 days.
     run = system.integrate(state, 60 * 24.0, output=1.0)
     periods = [fullbody.observables.mutual_period(run, body=k).mean / 24 for k in (1, 2)]
     assert abs(periods[0] - 6.225) < 0.0953
     assert abs(periods[1] - 0.686) < 0.00159
-    masses = system.masses
-    inner = (masses[0] * state.position[0] + masses[2] * state.position[2]) / (masses[0] + masses[2])
-    drift = (masses[0] * state.velocity[0] + masses[2] * state.velocity[2]) / (masses[0] + masses[2])
-    outer_pole = np.cross(state.position[1] - inner, state.velocity[1] - drift)
-    inner_pole = fullbody.frames.pole_vector(*np.radians(orbit_pole(state, 2)))
-    cosine = outer_pole @ inner_pole / np.linalg.norm(outer_pole)
-    np.testing.assert_allclose(np.degrees(np.arccos(cosine)), 14.0, rtol=1e-9)
-    np.testing.assert_allclose(orbit_pole(state, 2), [309, -80], rtol=1e-9)
+    np.testing.assert_allclose(2 * np.pi / state.spin[2, 2] / 24, 0.686, atol=0.00159)
+    # Kepler's third law for the printed axes and periods, of each satellite with Alpha.
+    for body, size, period in ((1, 16.633, 6.225), (2, 3.804, 0.686)):
+        mass = (2 * np.pi / (period * 86400)) ** 2 * (size * 1e3) ** 3 / 6.6743e-11
+        np.testing.assert_allclose(masses[0] + masses[body], mass, rtol=3e-3)
+    # "~2.5%" and "~1%" of the primary's mass in the abstract.
+    np.testing.assert_allclose(masses[1:] / masses[0], [0.025, 0.01], rtol=0.1)
+    # Becker et al. (2015): the pole of Alpha in ecliptic coordinates.
+    _, ecliptic = systems.sn263_2001(frame="ecliptic")
+    pole = np.degrees(fullbody.frames.pole_angles(ecliptic.rotation_matrix[0][:, 2]))
+    np.testing.assert_allclose(pole, [309, -80], rtol=1e-9)
     # Becker et al. (2015): 1.1 +- 0.2, 1.0 +- 0.4, 2.3 +- 1.3 g/cm^3.
     densities = [body.density / 1e12 for body in system.bodies]
     assert (np.abs(np.array(densities) - [1.1, 1.0, 2.3]) < [0.2, 0.4, 1.3]).all()

@@ -27,53 +27,6 @@ def test_system_with_units_gives_the_same_numbers():
     assert np.array_equal(run.energy_drift, bare.energy_drift)
 
 
-def test_everything_dimensional_is_a_quantity():
-    system, state = fullbody.systems.kw4(units=True)
-    force, torque = u.kg * u.km / u.hour**2, u.kg * u.km**2 / u.hour**2
-    f, energy = system.interactions(state), system.energy(state)
-    run = system.integrate(state, 5.0, output=1.0)
-    elements, last = run.elements(), run[-1]
-    expected = [
-        (f.force, force),
-        (f.torque, torque),
-        (f.potential_energy, torque),
-        *((part, torque) for part in (energy.total, energy.translational, energy.rotational, energy.potential)),
-        (system.momentum(state), u.kg * u.km / u.hour),
-        (system.angular_momentum(state), u.kg * u.km**2 / u.hour),
-        (system.G, u.km**3 / u.kg / u.hour**2),
-        (system.mu(), u.km**3 / u.hour**2),
-        (system.masses, u.kg),
-        (run.time, u.hour),
-        (run.position, u.km),
-        (run.velocity, u.km / u.hour),
-        (run.spin, PER_H),
-        *((part, torque) for part in (run.energy, run.potential_energy, run.rotational_energy)),
-        (run.translational_energy, torque),
-        (run.angular_momentum, u.kg * u.km**2 / u.hour),
-        (elements.a, u.km),
-        *((angle, u.rad) for angle in (elements.i, elements.Omega, elements.omega, elements.M)),
-        (last.time, u.hour),
-        (last.position, u.km),
-        (last.velocity, u.km / u.hour),
-        (last.spin, PER_H),
-        (fullbody.Simulation(system, state).time, u.hour),
-    ]
-    for value, unit in expected:
-        assert isinstance(value, u.Quantity)
-        # A unit without a scale: exactly these, or the same by another name.
-        assert value.unit.is_equivalent(unit)
-        assert value.unit.to(unit) == pytest.approx(1.0, rel=1e-15)
-    for value in (run.attitude, elements.e, run.energy_drift, last.rotation_matrix, last.tait_bryan):
-        assert not isinstance(value, u.Quantity)
-
-
-def test_system_without_units_gives_numbers():
-    system, state = fullbody.systems.case1()
-    run = system.integrate(state, 1.0)
-    for value in (run.time, run.position, run.energy, run.elements().a, system.interactions(state).force, system.G):
-        assert not isinstance(value, u.Quantity)
-
-
 def test_gravitational_constant_is_astropys():
     system, _ = fullbody.systems.kw4_ho2021(units=True)
     bodies = system.bodies
@@ -146,7 +99,7 @@ REFUSED = {
     "output": (lambda s: s[0].integrate(s[1], 3, output=1 * u.kg), ["output", "kg", " h"]),
     "semi-axis": (
         lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1 * u.kg), mass=1, name="Al")], units=KM_H_KG),
-        ["semi-axis", "Al", "kg", "km"],
+        ["radius", "kg", " m"],
     ),
     "mass": (
         lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), mass=1 * u.m, name="Al")], units=KM_H_KG),
@@ -154,7 +107,7 @@ REFUSED = {
     ),
     "density": (
         lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), density=1 * u.kg, name="Al")], units=KM_H_KG),
-        ["density", "Al", "kg", "kg / km3"],
+        ["density", "Al", "kg", "kg / m3"],
     ),
     "G": (lambda s: fullbody.System(s[0].bodies, G=1 * u.m, units=KM_H_KG), ["G", " m", "km3 / (kg h2)"]),
     "angles": (
@@ -205,6 +158,79 @@ def test_both_or_neither_with_elements():
         fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2)
     with pytest.raises(fullbody.InvalidInput, match="both or neither"):
         fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)
+
+
+def test_mixtures_name_both():
+    """Where no system says what a plain number means."""
+    mixed = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
+    plain = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
+    whole = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
+    mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
+    orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
+    for call, words in (
+        (lambda: mixed.inertia, ["semi-axis a has the unit km", "mass of Alpha has none"]),
+        (lambda: mixed.density, ["semi-axis a has the unit km", "mass of Alpha has none"]),
+        (lambda: fullbody.Body(fullbody.Ellipsoid(1 * u.km, 1, 1), density=2.0).mass, ["axis a has", "density"]),
+        (lambda: plain.potential([2, 0, 0] * u.km), ["points has the unit km", "semi-axis a has none"]),
+        (lambda: mixed.field([2, 0, 0] * u.km), ["points has the unit km", "mass has none"]),
+        (lambda: whole.potential([2, 0, 0], 1.0), ["semi-axis a has the unit km", "points has none"]),
+        (lambda: whole.potential([2, 0, 0] * u.km, 1.0), ["points has the unit km", "G has none"]),
+        (lambda: plain.potential([2, 0, 0]), ["G is not given"]),
+        (lambda: orbit.to_cartesian(1.0), ["a has the unit km", "mu has none"]),
+        (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), ["mu has the unit km3 / s2", "a has none"]),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), ["r has the unit km", "v has none"]),
+        (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), ["v has the unit km / s", "r has none"]),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), ["r has the unit km", "mu has none"]),
+    ):
+        with pytest.raises(fullbody.InvalidInput) as caught:
+            call()
+        for word in words:
+            assert word in str(caught.value)
+    # Its system knows, and its table leaves out what it cannot tell.
+    assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
+    assert "density" not in mixed._repr_html_()
+    assert "density" in whole._repr_html_()
+
+
+def test_exterior_gravity_with_units():
+    """Newton's G M/r and G M/r^2 outside a sphere."""
+    moon = fullbody.Body(fullbody.Sphere(1737.4 * u.km), mass=7.342e22 * u.kg)
+    distance = 1737.4e3
+    potential = moon.potential([[0, 0, 1737.4], [1737.4, 0, 0]] * u.km)
+    np.testing.assert_allclose(potential.to_value(u.m**2 / u.s**2), constants.G.value * 7.342e22 / distance, rtol=1e-14)
+    field = moon.field([0, 0, distance] * u.m, G=constants.G.to(u.km**3 / u.t / u.day**2))
+    assert field.unit == u.m / u.day**2
+    np.testing.assert_allclose(field[2].to_value(u.m / u.s**2), -constants.G.value * 7.342e22 / distance**2, rtol=1e-14)
+
+
+def test_pure_numbers_have_no_unit():
+    for call, what in (
+        (lambda: fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[[1, 0, 0, 0]] * u.kg), "attitude has the unit kg"),
+        (lambda: fullbody.KeplerElements(1.0, 5 * u.deg, 0, 0, 0, 0), "e has the unit deg"),
+        (
+            lambda: fullbody.Component(diameter=1.0, axis_ratios=(1, 1) * u.m),
+            "axis_ratios of a component has the unit m",
+        ),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=f"{what}; expected pure numbers"):
+            call()
+    assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)
+
+
+def test_texts():
+    system, state = fullbody.systems.kw4(units=True)
+    assert system.integrate(state, "0.5 day", output="6 hour").time.value.tolist() == [0, 6, 12]
+    with pytest.raises(fullbody.InvalidInput, match="until has the unit d, but the system has no units"):
+        fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
+    for text in ("1", "later", "1 parsnip", ""):
+        with pytest.raises(fullbody.InvalidInput, match=f"until is '{text}'; expected numbers, or text with a unit"):
+            system.integrate(state, text)
+    assert fullbody.Sphere("2 km") == fullbody.Sphere(2 * u.km)
+    assert fullbody.KeplerElements(1.0, 0, "30 deg", 0, 0, 0).i == 30 * u.deg
+    mixed = fullbody.State(position=[["1 km", "0 m", "0 km"]], velocity=[[0, 0, 0]])
+    assert mixed.position[0, 0] == 1 * u.km
+    with pytest.raises(fullbody.InvalidInput, match="position mixes Quantities and plain numbers"):
+        fullbody.State(position=[["1 km", 0, 0]], velocity=[[0, 0, 0]])
 
 
 def test_lists_of_quantities_keep_their_units():

@@ -21,3 +21,7 @@ __all__ = [
     "roll_pitch_yaw",
     "spin_precession",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

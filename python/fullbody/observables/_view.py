@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _rotation
+from .._arguments import directions
 from ..errors import InvalidInput
 from . import _signal as signal
 
@@ -15,16 +17,27 @@ if TYPE_CHECKING:
     from ..run import Run
 
 _Array = npt.NDArray[np.float64]
+#: Fewer revolutions than these have no mean to speak of.
+REVOLUTIONS = 2
 
 
 class View:
-    """Plain numbers of a run, and its units for what comes out."""
+    """Plain numbers of a run, and its units for what comes out.
 
-    def __init__(self, run: Run, body: int, about: int, least: int, what: str) -> None:
-        count = len(run.system.bodies)
-        for index in (body, about):
-            if not 0 <= index < count:
-                raise InvalidInput(f"body {index} of {what} is none of the {count} of the system")
+    Parameters
+    ----------
+    least : int
+        How many samples it takes to say something.
+    whole : bool
+        Whether it takes revolutions too, at least :data:`REVOLUTIONS`.
+    """
+
+    def __init__(self, run: Run, body: int, about: int, least: int, what: str, whole: bool = False) -> None:
+        from ..run import Run
+
+        if not isinstance(run, Run):
+            raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
+        body, about = run.system._place(body, f"body of {what}"), run.system._place(about, f"about of {what}")
         if body == about:
             raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
         self.units = run.system._units
@@ -37,6 +50,21 @@ class View:
         self.normal = normal / np.linalg.norm(normal, axis=1)[:, None]
         self.matrix = _rotation.matrices(record["attitude"][:, body])
         self.spin = record["spin"][:, body]
+        self._start = record["angular_momentum"][0]
+        if whole:
+            self._check_revolutions(what)
+
+    def _check_revolutions(self, what: str) -> None:
+        angle, rate = self.longitude
+        turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
+        by_rate = abs(np.sum((rate[1:] + rate[:-1]) / 2 * np.diff(self.time))) / (2 * np.pi)
+        if abs(turns - by_rate) > max(0.5, 0.1 * by_rate):
+            raise InvalidInput(
+                f"the run has {len(angle)} samples in about {by_rate:.3g} revolutions; {what} needs several in each "
+                "(output= a tenth of the period or less)"
+            )
+        if turns < REVOLUTIONS:
+            raise InvalidInput(f"the run covers {turns:.3g} revolutions; {what} needs {REVOLUTIONS} or more")
 
     def rate(self, value: Any) -> Any:
         return self.units.attach(value, "spin")
@@ -56,17 +84,23 @@ class View:
         direction: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
         return direction
 
+    @cached_property
     def longitude(self) -> tuple[_Array, _Array]:
         """The longitude in the mean orbital plane without jumps, and its rate."""
         x, y = across(mean(self.normal))
         a, b, da, db = self.r @ x, self.r @ y, self.v @ x, self.v @ y
         return signal.unwrapped(np.arctan2(b, a)), (a * db - b * da) / (a * a + b * b)
 
+    def turning(self, poles: _Array, axis: Any) -> Any:
+        """The mean rate at which directions go about an axis, the angular momentum at the start unless given."""
+        axis = self._start if axis is None else directions(axis, "axis", one=True)
+        return self.rate(np.float64(signal.slope(self.time, azimuth(poles, axis))))
 
-def mean(directions: _Array) -> _Array:
-    total: _Array = directions.sum(axis=0)
+
+def mean(normals: _Array) -> _Array:
+    total: _Array = normals.sum(axis=0)
     size = float(np.linalg.norm(total))
-    if size <= 1e-6 * len(directions):
+    if size <= 1e-6 * len(normals):
         raise InvalidInput("the orbit's pole goes all ways; it has no mean plane")
     return total / size
 
@@ -79,11 +113,10 @@ def across(axis: _Array) -> tuple[_Array, _Array]:
     return x, np.cross(axis, x)
 
 
-def azimuth(directions: _Array, axis: Any) -> _Array:
+def azimuth(poles: _Array, axis: _Array) -> _Array:
     """The angle of directions about an axis, without jumps."""
-    axis = np.asarray(axis, dtype=np.float64)
     size = np.linalg.norm(axis)
-    if axis.shape != (3,) or not np.isfinite(size) or size == 0.0:
-        raise InvalidInput(f"axis is {axis!r}; expected three finite numbers, not all zero")
+    if size == 0.0:
+        raise InvalidInput("the angular momentum is zero; expected an axis=")
     x, y = across(axis / size)
-    return signal.unwrapped(np.arctan2(directions @ y, directions @ x))
+    return signal.unwrapped(np.arctan2(poles @ y, poles @ x))

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._records import Record
 from ..elements import KeplerElements
 from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import View, azimuth
+from ._view import View
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
 
-@dataclass(frozen=True)
-class ElementRates:
+@dataclass(frozen=True, eq=False, repr=False)
+class ElementRates(Record):
     """Osculating elements and how fast they change.
 
     Attributes
@@ -39,8 +40,8 @@ class ElementRates:
     mean_rates: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class MutualPeriod:
+@dataclass(frozen=True, eq=False, repr=False)
+class MutualPeriod(Record):
     """Revolutions of one body about another.
 
     Attributes
@@ -50,7 +51,9 @@ class MutualPeriod:
     period : ndarray or Quantity, (R,)
         Of each revolution.
     mean : float or Quantity
-        2 pi by the mean rate of the longitude over the run.
+        2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under a Hann
+        window, in which the middle of the run counts most. It takes all samples, also those after the last whole
+        revolution, and is not the arithmetic mean of ``period``, which the ends of the revolutions alone decide.
     drift : float
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
@@ -61,8 +64,8 @@ class MutualPeriod:
     drift: float
 
 
-@dataclass(frozen=True)
-class Precession:
+@dataclass(frozen=True, eq=False, repr=False)
+class Precession(Record):
     """Slow turns of an orbit.
 
     Attributes
@@ -95,6 +98,11 @@ def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) ->
     -------
     ElementRates
 
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions.
+
     Examples
     --------
     >>> import fullbody
@@ -104,8 +112,8 @@ def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) ->
     >>> round(2 * 3.14159265 / rates.mean_rates["L"], 1)
     17.1
     """
-    view = View(run, body, about, 3, "rates of elements")
-    elements = run.elements(mu, about, body)
+    view = View(run, body, about, 3, "a mean rate", whole=True)
+    elements = run.elements(mu, primary=about, secondary=body)
     columns: dict[str, Any] = {}
     rates: dict[str, Any] = {}
     means: dict[str, Any] = {}
@@ -155,7 +163,7 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     Raises
     ------
     InvalidInput
-        For a run of less than one revolution.
+        For a run of less than two revolutions.
 
     Examples
     --------
@@ -165,8 +173,8 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     >>> round(float(fullbody.observables.mutual_period(run).mean), 1)
     17.1
     """
-    view = View(run, body, about, 8, "a mutual period")
-    longitude, rate = view.longitude()
+    view = View(run, body, about, 8, "a mutual period", whole=True)
+    longitude, rate = view.longitude
     order = np.argsort(view.time)
     t, angle, rate = view.time[order], longitude[order], rate[order]
     angle = angle - angle[0]
@@ -177,8 +185,6 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
         after = int(np.argmax(angle >= target))
         passages.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
     turns = len(passages) - 1
-    if turns < 1:
-        raise InvalidInput(f"the run covers {angle[-1] / (2 * np.pi):.3g} revolutions; a mutual period needs one")
     ends = np.array(passages[1:])
     period = np.diff(passages)
     drift = float("nan")
@@ -198,7 +204,7 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
     Parameters
     ----------
     run : Run
-        Of several revolutions.
+        Of several revolutions; the more, the better the means.
     axis : array_like, (3,), optional
         The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
     body, about : int
@@ -207,6 +213,11 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
     Returns
     -------
     Precession
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions, and for a circular orbit.
 
     Notes
     -----
@@ -224,20 +235,17 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
     >>> bool(abs(fullbody.observables.orbit_precession(run).apsidal) < 1e-6)
     True
     """
-    view = View(run, body, about, 16, "precession")
-    longitude, _ = view.longitude()
+    view = View(run, body, about, 16, "precession", whole=True)
+    longitude, _ = view.longitude
     sidereal = signal.slope(view.time, longitude)
     distance = np.linalg.norm(view.r, axis=1)
     frequencies, _ = signal.lines(view.time, distance, 3)
     if len(frequencies) == 0:
         raise InvalidInput("the orbit is circular; it has no periapsis")
     radial = np.sign(sidereal) * frequencies[0]
-    if axis is None:
-        axis = run._record["angular_momentum"][0]
-    nodal = signal.slope(view.time, azimuth(view.normal, axis))
     return Precession(
         view.rate(np.float64(sidereal - radial)),
-        view.rate(np.float64(nodal)),
+        view.turning(view.normal, axis),
         view.span(np.float64(2 * np.pi / abs(radial))),
         view.span(np.float64(2 * np.pi / abs(sidereal))),
     )

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .._arguments import integer
+from .._records import Record
 from ..bodies import PointMass
 from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import View, azimuth
+from ._view import View
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -21,8 +23,8 @@ __all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_preces
 _Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Libration:
+@dataclass(frozen=True, eq=False, repr=False)
+class Libration(Record):
     """Swings of a body's longest axis about the line to another.
 
     Attributes
@@ -44,7 +46,7 @@ class Libration:
     amplitudes: Any
 
 
-def spin_precession(run: Run, axis: Any = None, *, body: int = 0) -> Any:
+def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | None = None) -> Any:
     """The mean rate at which a body's pole of rotation goes about an axis.
 
     Parameters
@@ -52,13 +54,19 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0) -> Any:
     run : Run
     axis : array_like, (3,), optional
         The total angular momentum at the start unless given.
-    body : int
-        Place in the system.
+    body, about : int
+        Places in the system; unless given, ``about`` is the first body that is not ``body``. Its revolutions are those
+        that the run is measured by.
 
     Returns
     -------
     float or Quantity
         Radians per unit of time, positive about the axis.
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions, and for a body that does not spin.
 
     Notes
     -----
@@ -74,10 +82,9 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0) -> Any:
     >>> bool(fullbody.observables.spin_precession(run) < 0)
     True
     """
-    view = View(run, body, 1 if body == 0 else 0, 3, "spin precession")
-    if axis is None:
-        axis = run._record["angular_momentum"][0]
-    return view.rate(np.float64(signal.slope(view.time, azimuth(view.pole, axis))))
+    about = (1 if body == 0 else 0) if about is None else about
+    view = View(run, body, about, 3, "spin precession", whole=True)
+    return view.turning(view.pole, axis)
 
 
 def obliquity(run: Run, *, body: int = 1, about: int = 0) -> Any:
@@ -162,7 +169,7 @@ def libration(run: Run, *, body: int = 1, about: int = 0, count: int = 3) -> Lib
     Raises
     ------
     InvalidInput
-        For a point, and for a body without one longest axis.
+        For a run of less than two revolutions, for a point, and for a body without one longest axis.
 
     Notes
     -----
@@ -180,6 +187,9 @@ def libration(run: Run, *, body: int = 1, about: int = 0, count: int = 3) -> Lib
     >>> swings.angle.shape
     (801,)
     """
+    if (integer(count) or 0) < 1:
+        raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
+    view = View(run, body, about, 16, "a libration", whole=True)
     shape = run.system.bodies[body].shape
     if isinstance(shape, PointMass):
         raise InvalidInput(f"body {body} is a point; it has no axis to librate")
@@ -187,7 +197,6 @@ def libration(run: Run, *, body: int = 1, about: int = 0, count: int = 3) -> Lib
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:
         raise InvalidInput(f"body {body} has the semi-axes {axes}, no single longest one to librate")
-    view = View(run, body, about, 16, "a libration")
     x, y, _ = np.moveaxis(_orbit_frame(view), 2, 0)
     axis = view.matrix[:, :, longest]
     # Both ends of the axis count alike.

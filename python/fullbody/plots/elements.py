@@ -38,7 +38,7 @@ def elements(
     rows = [row for row in _ROWS if row[0] in names]
     shape = (3, 2) if len(rows) == 6 else (len(rows),)
     flat, result = panels(axes, shape, (9.0, 6.5))
-    values = run.elements(mu, primary, secondary)
+    values = run.elements(mu, primary=primary, secondary=secondary)
     time = run._record["time"]
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
         value = np.asarray(getattr(getattr(values, name), "value", getattr(values, name)))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import options_of, refuse_unknown
 from ..errors import InvalidInput
 from ..pair import Component, binary
 from ._published import Published
@@ -47,7 +48,11 @@ def pair(
     **orbit: Any,
 ) -> tuple[System, State]:
     """A binary in km, hour, kg about a published pole (degrees)."""
+    from ..system import System
+
     check_frame(frame)
+    fixed = ("bodies", "G", "units", "epoch", "frame")
+    refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
     lon, lat = np.radians(pole)
     system, state = binary(
         primary,

@@ -51,9 +51,13 @@ class Published:
     assumed : tuple of str
         Each a sentence.
     frame : str
-        Of the published poles.
+        Of the published poles and elements.
     epoch : str or None
         Of time zero, where the phase is published.
+    second_hand : tuple of str
+        Names of the values that could be read in texts quoting the source only, not in the source.
+    unconfirmed : tuple of str
+        Names of the values, or ``"uncertainty of"`` them, that could be read in neither.
     """
 
     values: dict[str, Value]
@@ -61,6 +65,8 @@ class Published:
     assumed: tuple[str, ...]
     frame: str
     epoch: str | None = None
+    second_hand: tuple[str, ...] = ()
+    unconfirmed: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name].value
@@ -68,8 +74,12 @@ class Published:
     def table(self) -> str:
         """The whole as text."""
         lines = [f"{name}: {value} [{value.source}]" for name, value in self.values.items()]
-        lines += [f"frame of the poles: {self.frame}", f"epoch of time zero: {self.epoch or 'arbitrary'}"]
+        lines += [f"frame of the poles and elements: {self.frame}", f"epoch of time zero: {self.epoch or 'arbitrary'}"]
         lines += [f"assumed: {text}" for text in self.assumed]
+        if self.second_hand:
+            lines.append(f"not confirmed against the source, quoted alike by others: {', '.join(self.second_hand)}")
+        if self.unconfirmed:
+            lines.append(f"not confirmed against the source nor by others: {', '.join(self.unconfirmed)}")
         lines += [f"[{key}] {text}" for key, text in self.sources.items()]
         return "\n".join(f"- {line}" for line in lines)
 

@@ -16,14 +16,19 @@ __all__ = ["antiope"]
 
 FACTS = Published(
     values={
-        "axes of the first": Value((93.0, 87.0, 83.6), "km", "", "D07"),
-        "axes of the second": Value((89.4, 82.8, 79.6), "km", "", "D07"),
+        "axes of the first": Value((93.0, 87.0, 83.6), "km", "1.0 (of the mean)", "D07"),
+        "axes of the second": Value((89.4, 82.8, 79.6), "km", "1.0 (of the mean)", "D07"),
         "density (not used)": Value(1.25, "g/cm^3", "0.05", "D07"),
         "separation": Value(171.0, "km", "1", "D07"),
         "orbital period": Value(24.0 * 0.687713, "h", "0.0001", "D07"),
         "pole (longitude, latitude)": Value((200.0, 38.0), "deg", "2", "D07"),
+        "refined pole (not used)": Value((199.5, 39.8), "deg", "0.5, 5", "D09"),
+        "refined density (not used)": Value(1.28, "g/cm^3", "0.04", "D09"),
     },
-    sources={"D07": "Descamps et al. (2007), Icarus 187, 482, doi:10.1016/j.icarus.2006.10.030"},
+    sources={
+        "D07": "Descamps et al. (2007), Icarus 187, 482, doi:10.1016/j.icarus.2006.10.030",
+        "D09": "Descamps et al. (2009), Icarus 203, 102, doi:10.48550/arXiv.0905.0631",
+    },
     assumed=(
         "both bodies have one density; the total mass is that of the period and the separation, 8.4e17 kg",
         "the orbit is circular (published: an eccentricity below 0.006) and starts on its node",
@@ -31,6 +36,14 @@ FACTS = Published(
         "both spin about the pole of the orbit at the mean motion, their longest axes towards each other",
     ),
     frame="ecliptic",
+    second_hand=(
+        "axes of the first",
+        "axes of the second",
+        "density (not used)",
+        "separation",
+        "orbital period",
+        "pole (longitude, latitude)",
+    ),
 )
 
 

@@ -20,6 +20,7 @@ _SOURCES = {
     "D23": "Daly et al. (2023), Nature 616, 443, doi:10.1038/s41586-023-05810-5",
     "T23": "Thomas et al. (2023), Nature 616, 448, doi:10.1038/s41586-023-05805-2",
     "N20": "Naidu et al. (2020), Icarus 348, 113777, doi:10.1016/j.icarus.2020.113777",
+    "D24": "Daly et al. (2024), Planet. Sci. J. 5, 24, doi:10.3847/PSJ/ad0b07",
 }
 _BODIES = {
     "axes of Didymos": Value((0.851, 0.849, 0.620), "km", "0.015", "D23"),
@@ -27,11 +28,18 @@ _BODIES = {
     "pole (longitude, latitude)": Value((310.0, -84.0), "deg", "20", "N20"),
 }
 _ASSUMED = (
+    "period and semi-major axis before the impact are those of [T23] (some texts attribute them to [N20])",
     "both bodies have one density, so that the masses go by volume",
+    "Dimorphos before the impact has the first published shape ([D24]: a volume smaller by 2.8 per cent)",
     "Didymos spins about the pole of the orbit",
     "Dimorphos spins about the pole of the orbit at the mean motion, its longest axis towards Didymos",
     "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
     "the orbit starts at periapsis on its node: the epoch is that of the elements and not of the phase",
+)
+_SECOND_HAND = (
+    "axes of Didymos",
+    "rotation period of Didymos",
+    "pole (longitude, latitude)",
 )
 BEFORE = Published(
     values={
@@ -44,6 +52,7 @@ BEFORE = Published(
     assumed=(*_ASSUMED, "the orbit is circular (published as nearly so)"),
     frame="ecliptic",
     epoch="2022-09-26T23:14:24.183 UTC",
+    second_hand=(*_SECOND_HAND, "axes of Dimorphos", "orbital period", "semi-major axis"),
 )
 AFTER = Published(
     values={
@@ -59,16 +68,22 @@ AFTER = Published(
     sources={
         **_SOURCES,
         "N24": "Naidu et al. (2024), Planet. Sci. J. 5, 74, doi:10.3847/PSJ/ad26e7",
-        "S24": "Scheirich et al. (2024), doi:10.48550/arXiv.2403.02804",
+        "S24": "Scheirich et al. (2024), Planet. Sci. J. 5, 17, doi:10.3847/PSJ/ad12cf",
     },
     assumed=(
         *_ASSUMED,
-        "the impact left the total mass and the volume of Dimorphos as they were",
+        "the impact left the total mass and the volume of Dimorphos as they were ([S24]: 9 +- 9 per cent less volume)",
         "Didymos kept its shape and spin",
         "Dimorphos does not tumble (it may; Richardson et al. 2024, doi:10.3847/PSJ/ad62f5)",
     ),
     frame="ecliptic",
     epoch="2022-09-26T23:14:24.183 UTC",
+    second_hand=(
+        *_SECOND_HAND,
+        "axes of Dimorphos before",
+        "orbital period before",
+        "semi-major axis before",
+    ),
 )
 
 

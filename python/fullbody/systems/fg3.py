@@ -27,17 +27,20 @@ FACTS = Published(
     sources={
         "W11": "Wolters et al. (2011), Mon. Not. R. Astron. Soc. 418, 1246, doi:10.48550/arXiv.1108.1831",
         "P06": "Pravec et al. (2006), Icarus 181, 63, doi:10.1016/j.icarus.2005.10.014",
-        "S15": "Scheirich et al. (2015), Icarus 245, 56, doi:10.48550/arXiv.1406.4677",
+        "S15": "Scheirich et al. (2015), Icarus 245, 56, doi:10.1016/j.icarus.2014.09.023",
     },
     assumed=(
         "both bodies have the published density",
         "the axis ratios are those of the arguments, spheres unless given",
-        "the orbit is circular (0.05 +- 0.05 by Pravec et al. 2000, Icarus 146, 190) and starts on its node",
+        "the orbit is circular and starts on its node (0.05 +- 0.05 by Pravec et al. 2000, Icarus 146, 190, "
+        "not confirmed against the source)",
         "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
         "the primary spins about the pole of the orbit",
         "the secondary spins about it at the mean motion, its longest axis towards the primary",
     ),
     frame="ecliptic",
+    second_hand=("density",),
+    unconfirmed=("rotation period of the primary",),
 )
 
 

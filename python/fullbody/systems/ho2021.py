@@ -23,8 +23,8 @@ _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
 _KW4_POLE_TILT = 3.2
 _KW4_SPINS = (2.2728, 0.3611)
-_KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
-_KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
+KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
+KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
 
 
 def kw4_ho2021(
@@ -58,18 +58,23 @@ def kw4_ho2021(
     Notes
     -----
     One year from this start gives the paper's ranges and means of the semi-major axis and its largest eccentricities,
-    to the digits printed and for both shapes (``fullbody kw4``). Three things it prints do not follow from it; the two
-    exact methods of gravity agree with each other on all of them:
+    to the digits printed and for both shapes. Three things it prints do not follow from it, by two methods of gravity,
+    two integrators and two charts that agree with each other; ``fullbody reproduce`` shows the evidence:
 
     - the range of Beta's spin over the first 200 hours: z in [9.55, 11.16]e-5 rad/s in print, [9.05, 10.69]e-5 here;
-      x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here;
-    - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4250 and 3740 h here;
+      x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here. All six printed numbers come out when Beta
+      starts turned by 20.6 degrees about the orbit's normal, one hour of its orbital motion, to (phi, theta, psi) =
+      (-8.1, -0.8, 19.1) degrees; the year's semi-major axes then do not;
+    - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4246 and 3741 h here.
+      No initial inclination gives both. The inclination to the xy-plane starts near its largest and is largest again
+      after 3928 and 3470 h, which may be what was read off;
     - the last digit of the mean period: 17.4116 and 17.4177 h in print, 17.4115 and 17.4176 h here. Kepler's third law
       for the mean semi-major axis gives the printed digits with G = 6.674e-11 in place of 6.67408e-11, for both shapes.
 
     References
     ----------
-    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35. Ostro et al. (2006), Science 314, 1276.
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, doi:10.1007/s10569-021-10034-8.
+    Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622.
 
     Examples
     --------
@@ -79,8 +84,8 @@ def kw4_ho2021(
     Ellipsoid(a=0.766, b=0.766, c=0.6735)
     """
     system = _kw4_system(shape, units, options)
-    angles = {name: np.deg2rad(value) for name, value in _KW4_SKY.items()}
-    position, velocity = KeplerElements(**_KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
+    angles = {name: np.deg2rad(value) for name, value in KW4_SKY.items()}
+    position, velocity = KeplerElements(**KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
     return system, _state(
         units,
         position=[[0.0, 0.0, 0.0], position],
@@ -117,7 +122,9 @@ def kw4(
 
     References
     ----------
-    Ostro et al. (2006), Science 314, 1276. Fahnestock & Scheeres (2008), Icarus 194, 410.
+    Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, doi:10.1007/s10569-021-10034-8.
+    Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622.
+    Fahnestock & Scheeres (2008), Icarus 194, 410, doi:10.1016/j.icarus.2007.11.007.
 
     Examples
     --------
@@ -128,7 +135,7 @@ def kw4(
     """
     system = _kw4_system(shape, units, options)
     mu = _kw4_mu()
-    orbit = KeplerElements(**_KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
+    orbit = KeplerElements(**KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
     position, velocity = orbit.to_cartesian(mu)
     share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
     return system, _state(

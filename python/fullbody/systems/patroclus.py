@@ -26,7 +26,7 @@ FACTS = Published(
     },
     sources={
         "B15": "Buie et al. (2015), Astron. J. 149, 113, doi:10.1088/0004-6256/149/3/113",
-        "B24": "Brozovic et al. (2024), Astron. J. 167, 104, bibcode 2024AJ....167..104B",
+        "B24": "Brozovic et al. (2024), Astron. J. 167, 104, bibcode 2024AJ....167..104B, tables at CDS J/AJ/167/104",
     },
     assumed=(
         "both bodies have one density, so that Menoetius has 44 per cent of the mass ([B24] assumed about 22)",
@@ -36,6 +36,7 @@ FACTS = Published(
         "the orbit starts at periapsis on its node",
     ),
     frame="equatorial",
+    second_hand=("axes of Patroclus", "axes of Menoetius"),
 )
 
 

@@ -27,17 +27,24 @@ FACTS = Published(
         "mass of Gamma": Value(9.773e10, "kg", "3.273e10", "F11"),
         "semi-major axis of Beta": Value(16.633, "km", "0.163", "F11"),
         "eccentricity of Beta": Value(0.015, "", "0.009", "F11"),
+        "inclination of Beta": Value(157.486, "deg", "", "F11"),
+        "ascending node of Beta": Value(161.144, "deg", "", "F11"),
+        "argument of periapsis of Beta": Value(131.249, "deg", "", "F11"),
+        "mean anomaly of Beta": Value(212.658, "deg", "", "F11"),
         "orbital period of Beta (not used)": Value(6.225, "day", "0.0953", "F11"),
         "semi-major axis of Gamma": Value(3.804, "km", "", "F11"),
         "eccentricity of Gamma": Value(0.016, "", "0.002", "F11"),
+        "inclination of Gamma": Value(165.045, "deg", "", "F11"),
+        "ascending node of Gamma": Value(198.689, "deg", "", "F11"),
+        "argument of periapsis of Gamma": Value(292.435, "deg", "", "F11"),
+        "mean anomaly of Gamma": Value(248.816, "deg", "", "F11"),
         "orbital period of Gamma (not used)": Value(0.686, "day", "0.00159", "F11"),
-        "mutual inclination of the orbits": Value(14.0, "deg", "", "F11"),
         "diameter of Alpha": Value(2.5, "km", "0.3", "B15"),
         "diameter of Beta": Value(0.77, "km", "0.12", "B15"),
         "diameter of Gamma": Value(0.43, "km", "0.14", "B15"),
         "rotation period of Alpha": Value(3.4256, "h", "0.0002", "B15"),
         "rotation period of Beta": Value(13.43, "h", "0.01", "B15"),
-        "pole of Alpha (longitude, latitude)": Value((309.0, -80.0), "deg", "15", "B15"),
+        "pole of Alpha (ecliptic longitude, latitude)": Value((309.0, -80.0), "deg", "15", "B15"),
     },
     sources={
         "F11": "Fang et al. (2011), Astron. J. 141, 154, doi:10.1088/0004-6256/141/5/154",
@@ -45,13 +52,42 @@ FACTS = Published(
     },
     assumed=(
         "the axis ratios are those of the arguments, spheres of the published volumes unless given",
-        "Gamma orbits in Alpha's equator; Beta's orbit is inclined to it by the mutual inclination, about Alpha's node",
-        "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two",
-        "both start at periapsis on the node, Gamma and Beta a half turn apart",
-        "Gamma spins at its mean motion (published: consistent with it), its longest axis towards Alpha",
+        "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two, where the run "
+        "keeps Beta's published period (taken about Alpha they make it 6.53 days)",
+        "the epoch, whose clock is not named, is in TT",
+        "Gamma spins about the pole of its orbit at its mean motion (published: consistent with it), its longest axis "
+        "towards Alpha",
         "Beta spins about the pole of its orbit",
+        "the x-axes of Alpha and Beta start at the nodes of their equators",
     ),
-    frame="ecliptic",
+    frame="equatorial",
+    epoch="2008-02-13T00:00:00 TT",
+    second_hand=(
+        "mass of Alpha",
+        *(
+            f"{element} of {name}"
+            for name in ("Beta", "Gamma")
+            for element in (
+                "semi-major axis",
+                "eccentricity",
+                "inclination",
+                "ascending node",
+                "argument of periapsis",
+                "mean anomaly",
+            )
+        ),
+        "orbital period of Beta (not used)",
+        "orbital period of Gamma (not used)",
+    ),
+    unconfirmed=(
+        "mass of Beta",
+        "mass of Gamma",
+        "uncertainty of semi-major axis of Beta",
+        "uncertainty of eccentricity of Beta",
+        "uncertainty of orbital period of Beta (not used)",
+        "uncertainty of eccentricity of Gamma",
+        "uncertainty of orbital period of Gamma (not used)",
+    ),
 )
 
 
@@ -59,7 +95,7 @@ FACTS = Published(
 def sn263_2001(
     *,
     axis_ratios: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 1.0), (1.0, 1.0)),
-    frame: Frame = "ecliptic",
+    frame: Frame = "equatorial",
     units: bool = False,
     **options: Any,
 ) -> tuple[System, State]:
@@ -69,8 +105,9 @@ def sn263_2001(
     ----------
     axis_ratios : three pairs (a/b, b/c)
         Of Alpha, Beta and Gamma, at the published volumes.
-    frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or Alpha's equator as xy-plane with its node on the x-axis.
+    frame : {"equatorial", "ecliptic", "orbit"}
+        Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's orbit as
+        xy-plane with its node on the equator on the x-axis.
     units : bool
         Whether the system gives Quantities. Numbers are in km, hour, kg either way.
     **options
@@ -92,6 +129,7 @@ def sn263_2001(
     >>> system.names
     ('Alpha', 'Beta', 'Gamma')
     """
+    from ..frames import attitude, turn_pole
     from ..state import State
     from ..system import System
 
@@ -103,35 +141,31 @@ def sn263_2001(
         for name, ratios in zip(names, axis_ratios, strict=True)
     ]
     bodies = [Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, masses, names, strict=True)]
-    # Everything in Alpha's equator first, then turned as a whole.
-    tilt = np.radians(FACTS["mutual inclination of the orbits"])
     position, velocity = np.zeros((3, 3)), np.zeros((3, 3))
     rates = [2 * np.pi / FACTS["rotation period of Alpha"], 2 * np.pi / FACTS["rotation period of Beta"], 0.0]
+    lon, lat = np.radians(FACTS["pole of Alpha (ecliptic longitude, latitude)"])
+    attitudes = [attitude(*turn_pole(lon, lat, "ecliptic", FACTS.frame)), np.zeros(4), np.zeros(4)]
     # Gamma about Alpha, then Beta about the barycentre of the two.
-    for index, inclination, start, mass in ((2, 0.0, 0.0, masses[0] + masses[2]), (1, tilt, np.pi, masses.sum())):
-        size, e = (FACTS[f"{what} of {names[index]}"] for what in ("semi-major axis", "eccentricity"))
-        orbit = KeplerElements(size, e, inclination, 0.0, start, 0.0)
+    for index, mass in ((2, masses[0] + masses[2]), (1, masses.sum())):
+        orbit = _elements(names[index])
         r, v = orbit.to_cartesian(G * mass)
         position[index] = masses @ position / (masses[0] + masses[2]) + r
         velocity[index] = masses @ velocity / (masses[0] + masses[2]) + v
+        plane = _rotation.product(_rotation.turn(2, float(orbit.Omega)), _rotation.turn(0, float(orbit.i)))
+        attitudes[index] = plane
         if names[index] == "Gamma":
             rates[index] = 2 * np.pi / orbit.period(G * mass)
+            towards = -r @ _rotation.matrices(plane)
+            attitudes[index] = _rotation.product(plane, _rotation.turn(2, float(np.arctan2(towards[1], towards[0]))))
     position -= masses @ position / masses.sum()
     velocity -= masses @ velocity / masses.sum()
-    attitudes = [
-        np.array([1.0, 0.0, 0.0, 0.0]),
-        _rotation.turn(0, tilt),
-        # The x-axis towards Alpha.
-        _rotation.turn(2, np.pi),
-    ]
-    if frame != "orbit":
-        from ..frames import attitude
-
-        equator = attitude(*np.radians(FACTS["pole of Alpha (longitude, latitude)"]))
-        matrix = _rotation.matrices(equator)
+    if frame == "orbit":
+        gamma = _elements("Gamma")
+        back = _rotation.product(_rotation.turn(0, -float(gamma.i)), _rotation.turn(2, -float(gamma.Omega)))
+        matrix = _rotation.matrices(back)
         position, velocity = position @ matrix.T, velocity @ matrix.T
-        attitudes = [_rotation.product(equator, q) for q in attitudes]
-    system = System(bodies, G=G, units=UNITS if units else None, frame=frame, **options)
+        attitudes = [_rotation.product(back, q) for q in attitudes]
+    system = System(bodies, G=G, units=UNITS if units else None, epoch=FACTS.epoch, frame=frame, **options)
     attach = Units(UNITS).attach if units else Units().attach
     state = State(
         attach(position, "length"),
@@ -141,3 +175,13 @@ def sn263_2001(
         attach(np.float64(0.0), "time"),
     )
     return system, in_frame(state, FACTS, frame)
+
+
+def _elements(name: str) -> KeplerElements:
+    """The published elements of a satellite."""
+    angles = ("inclination", "ascending node", "argument of periapsis", "mean anomaly")
+    return KeplerElements(
+        FACTS[f"semi-major axis of {name}"],
+        FACTS[f"eccentricity of {name}"],
+        *(float(np.radians(FACTS[f"{angle} of {name}"])) for angle in angles),
+    )

@@ -89,13 +89,13 @@ def errors(runs: dict[str, Run]) -> Any:
         energy = run.energy.value
         colour = _STYLES[shape]["color"]
         step = np.abs(np.diff(energy) / energy[:-1])
-        axes[0].plot(hours[1:], _positive(step), ".", color=colour, alpha=0.3, markersize=1.5)
-        axes[0].plot(hours, _positive(np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
+        axes[0].plot(hours[1:], positive(step), ".", color=colour, alpha=0.3, markersize=1.5, rasterized=True)
+        axes[0].plot(hours, positive(np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
     momentum = runs["ellipsoid"].angular_momentum.value
     hours = runs["ellipsoid"].time.to_value(u.hour)
     for k, (axis, colour) in enumerate(_AXES.items()):
         drift = np.abs((momentum[:, k] - momentum[0, k]) / momentum[0, k])
-        axes[1].plot(hours, _positive(drift), color=colour, linewidth=0.8, label=f"$J_{axis}$")
+        axes[1].plot(hours, positive(drift), color=colour, linewidth=0.8, label=f"$J_{axis}$")
     axes[0].set_ylabel("relative energy error")
     axes[0].set_title("dots: step to step; lines: from the start, relative to the orbital energy", fontsize="medium")
     for shape in runs:
@@ -113,7 +113,7 @@ def errors(runs: dict[str, Run]) -> Any:
     return figure
 
 
-def _positive(values: Any) -> Any:
+def positive(values: Any) -> Any:
     """Zeros as gaps, for a logarithmic axis."""
     return np.where(values > 0, values, np.nan)
 

@@ -1,0 +1,66 @@
+"""Results with arrays in them: equality and short texts."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from ._units import is_quantity
+
+
+def brief(value: Any) -> str:
+    """One line: scalars in full, an array by its shape and range."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{name!r}: {brief(part)}" for name, part in value.items()) + "}"
+    if not isinstance(value, np.ndarray | np.generic):
+        return f"{value}" if is_quantity(value) else repr(value)
+    if value.ndim == 0:
+        return f"{value}"
+    if value.size == 0:
+        return f"<{value.shape}>"
+    plain, unit = np.asarray(getattr(value, "value", value)), getattr(value, "unit", "")
+    return f"<{value.shape}, {plain.min():.6g} to {plain.max():.6g} {unit}".rstrip() + ">"
+
+
+def block(head: str, **parts: Any) -> str:
+    """Many lines: small arrays with all their numbers, six digits of them, a part a line."""
+    with np.printoptions(precision=6, suppress=False):
+        rows = [f"  {label}={value!s}" for label, value in parts.items()]
+    body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
+    return f"{head}\n{body})"
+
+
+def same(first: Any, second: Any) -> bool:
+    """Equality that takes arrays as wholes, and nan as equal to itself."""
+    if isinstance(first, dict):
+        return (
+            isinstance(second, dict) and first.keys() == second.keys() and all(same(first[k], second[k]) for k in first)
+        )
+    if isinstance(first, tuple) and isinstance(second, tuple):
+        return len(first) == len(second) and all(map(same, first, second))
+    if is_quantity(first) != is_quantity(second):
+        return False
+    if isinstance(first, np.ndarray | float) or isinstance(second, np.ndarray | float):
+        if first is None or second is None:
+            return first is second
+        return bool(np.array_equal(first, second, equal_nan=True))
+    return bool(first == second)
+
+
+class Record:
+    """Base of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        parts = (f"{f.name}={brief(getattr(self, f.name))}" for f in fields(self))  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(parts)})"

@@ -1,0 +1,136 @@
+"""The year of 1999 KW4 in numbers: what section 4 of the paper prints, measured on a run."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import paper, systems
+from ..integrators import Integrator, Verner98
+from ..run import Run
+
+__all__ = ["METHODS", "SHAPES", "Numbers", "between_maxima", "inclination_to_first", "measure", "slow_maxima", "year"]
+
+_Array = npt.NDArray[np.float64]
+
+SHAPES: tuple[Literal["ellipsoid", "spheroid"], ...] = ("ellipsoid", "spheroid")
+METHODS = ("surface", "focal")
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """What a year of 1999 KW4 gives; lengths in km, times in hours, spins in 1e-5 rad/s.
+
+    ``inclination_period`` is between maxima of the inclination to the first orbit's plane, ``inclination_return`` the
+    time at which the inclination to the xy-plane is largest again. ``_step`` are errors from step to step as the paper
+    takes them, ``_drift`` from the start; the angular momentum's by component and relative to its length.
+    """
+
+    e_max: float
+    e_mean: float
+    a_min: float
+    a_max: float
+    a_mean: float
+    period: float
+    inclination_period: float
+    inclination_return: float
+    spin_x: tuple[float, float]
+    spin_y: tuple[float, float]
+    spin_z: tuple[float, float]
+    energy_step: float
+    energy_drift: float
+    energy_drift_orbital: float
+    angular_momentum_step: float
+    angular_momentum_drift: float
+    steps: int
+    evaluations: int
+    cpu_seconds: float
+
+
+def year(
+    shape: Literal["ellipsoid", "spheroid"],
+    method: str,
+    until: float = paper.KW4_YEAR,
+    *,
+    integrator: Integrator | None = None,
+    progress: Any = False,
+) -> tuple[Run, float]:
+    """The run of the paper's start with every step kept, and its CPU time in seconds."""
+    system, state = systems.kw4_ho2021(shape, gravity=method, units=True)
+    started = time.process_time()
+    run = system.integrate(state, until, integrator=integrator or Verner98(1e-13, 1e-13), progress=progress)
+    return run, time.process_time() - started
+
+
+def measure(run: Run, seconds: float = 0.0) -> Numbers:
+    """The quantities that the paper prints, from a run in km, hour, kg."""
+    from astropy import units as u
+
+    elements = run.elements()
+    a = elements.a.to_value(u.km)
+    hours = run.time.to_value(u.hour)
+    spin = run.spin[hours <= paper.KW4_SPIN_HOURS, 1].to_value(u.rad / u.s) * 1e5
+    ranges = [(float(component.min()), float(component.max())) for component in spin.T]
+    energy = run.energy.value
+    momentum = run.angular_momentum.value
+    tops = slow_maxima(hours, np.asarray(elements.i.to_value(u.deg)))
+    return Numbers(
+        e_max=float(np.max(elements.e)),
+        e_mean=_mean(hours, elements.e),
+        a_min=float(a.min()),
+        a_max=float(a.max()),
+        a_mean=_mean(hours, a),
+        period=_mean(hours, elements.period(run.system.mu()).to_value(u.hour)),
+        inclination_period=between_maxima(hours, inclination_to_first(run)),
+        inclination_return=float(tops[0]) if len(tops) else float("nan"),
+        spin_x=ranges[0],
+        spin_y=ranges[1],
+        spin_z=ranges[2],
+        energy_step=float(np.max(np.abs(np.diff(energy) / energy[:-1]))),
+        energy_drift=float(np.max(np.abs(run.energy_drift))),
+        energy_drift_orbital=float(np.max(np.abs(run.energy_drift_orbital))),
+        angular_momentum_step=float(np.max(np.abs(np.diff(momentum, axis=0) / momentum[:-1]))),
+        angular_momentum_drift=float(np.max(run.angular_momentum_drift)),
+        steps=run.statistics.steps,
+        evaluations=run.statistics.evaluations,
+        cpu_seconds=seconds,
+    )
+
+
+def _mean(hours: _Array, values: Any) -> float:
+    """Mean over time."""
+    return float(np.trapezoid(values, hours) / np.ptp(hours))
+
+
+def inclination_to_first(run: Run) -> _Array:
+    """Angle between the orbit's normal and that at the start, degrees (K,)."""
+    r, v = (np.asarray(getattr(x, "value", x)) for x in (run.position, run.velocity))
+    normal = np.cross(r[:, 1] - r[:, 0], v[:, 1] - v[:, 0])
+    across = np.linalg.norm(np.cross(normal, normal[0]), axis=1)
+    return np.asarray(np.rad2deg(np.arctan2(across, normal @ normal[0])))
+
+
+def slow_maxima(hours: _Array, values: _Array, smoothing: float = 200.0) -> _Array:
+    """Times of the maxima of a slow oscillation, averaged over ``smoothing`` hours, which many orbits share."""
+    even = np.arange(hours[0], hours[-1], 1.0)
+    width = int(smoothing)
+    if len(even) < 4 * width:
+        return np.zeros(0)
+    smooth = np.convolve(np.interp(even, hours, values), np.ones(width) / width, mode="valid")
+    middle = even[: len(smooth)] + 0.5 * (width - 1)
+    rising = np.diff(smooth) > 0
+    high = smooth[1:-1] > 0.5 * (smooth.min() + smooth.max())
+    tops = middle[1:-1][rising[:-1] & ~rising[1:] & high]
+    # Ripples on the top of one maximum are one maximum: their middle is its time.
+    groups = np.split(tops, np.flatnonzero(np.diff(tops) > 5 * smoothing) + 1)
+    return np.array([0.5 * (group[0] + group[-1]) for group in groups if len(group)])
+
+
+def between_maxima(hours: _Array, values: _Array) -> float:
+    """Time between the first two maxima of a slow oscillation; NaN where there are not two."""
+    tops = slow_maxima(hours, values)
+    return float(tops[1] - tops[0]) if len(tops) > 1 else float("nan")

@@ -1,0 +1,110 @@
+"""The report: one HTML page, the figures and the numbers."""
+
+from __future__ import annotations
+
+import base64
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import paper
+from .._files import replacing
+from .results import Results, as_numbers, compute, counts
+from .verdicts import Verdict
+
+__all__ = ["Report", "render", "write_report"]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What was written.
+
+    Attributes
+    ----------
+    page : Path
+        ``report.html``, with the figures in it.
+    numbers : Path
+        ``numbers.json``.
+    figures : tuple of Path
+        PNG and PDF.
+    verdicts : tuple of Verdict
+    """
+
+    page: Path
+    numbers: Path
+    figures: tuple[Path, ...]
+    verdicts: tuple[Verdict, ...]
+
+
+def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Report:
+    """Run everything that the paper shows and write a report beside its numbers.
+
+    Parameters
+    ----------
+    out : str or Path
+        Folder; made where there is none. ``report.html`` needs no other file; ``figures/`` holds the same figures as
+        PNG and PDF, ``numbers.json`` every number.
+    draft : bool
+        Coarser scans and shorter long runs; the page says so.
+    progress : bool
+        Whether to show a bar.
+
+    Returns
+    -------
+    Report
+
+    Examples
+    --------
+    >>> from fullbody.reproduce import write_report
+    >>> report = write_report("out/reproduce")  # doctest: +SKIP
+    >>> [verdict.quantity for verdict in report.verdicts if verdict.verdict == "differs"]  # doctest: +SKIP
+    """
+    from . import case_figures, evidence_figures, kw4_figures
+
+    folder = Path(out)
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    results = compute(draft=draft, progress=progress)
+    drawn = {
+        **case_figures.all_figures(results),
+        **kw4_figures.all_figures(results.year_runs),
+        **evidence_figures.all_figures(results),
+    }
+    written = []
+    for name, figure in drawn.items():
+        for suffix in (".png", ".pdf"):
+            path = folder / "figures" / f"{name}{suffix}"
+            with replacing(path) as temporary:
+                figure.savefig(temporary, dpi=130)
+            written.append(path)
+    numbers, page = folder / "numbers.json", folder / "report.html"
+    with replacing(page) as temporary:
+        temporary.write_text(render(results, folder / "figures"), encoding="utf-8")
+    # Last: whoever finds it finds the rest.
+    with replacing(numbers) as temporary:
+        temporary.write_text(json.dumps(as_numbers(results), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    return Report(page, numbers, tuple(written), tuple(results.verdicts))
+
+
+def render(results: Results, figures: Path) -> str:
+    """The page, with the figures from a folder inside it."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+
+    from .. import __version__
+
+    def picture(name: str) -> str:
+        data = base64.b64encode((figures / f"{name}.png").read_bytes()).decode("ascii")
+        return f"data:image/png;base64,{data}"
+
+    environment = Environment(
+        loader=PackageLoader("fullbody.reproduce", "templates"),
+        autoescape=select_autoescape(),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["e"] = lambda value: f"{value:.1e}"
+    template = environment.get_template("report.html")
+    return template.render(
+        r=results, paper=paper, picture=picture, counts=dict(counts(results.verdicts)), version=__version__
+    )

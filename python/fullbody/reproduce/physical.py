@@ -1,0 +1,139 @@
+"""The physical 1999 KW4 beside the paper's set-up: relaxed, nominal and excited."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import systems
+from ..elements import KeplerElements
+from ..run import Run
+from ..state import State
+
+__all__ = ["HOURS", "Motion", "motions", "states"]
+
+_Array = npt.NDArray[np.float64]
+
+#: How long the states are watched: some 115 revolutions.
+HOURS = 2000.0
+#: Eccentricity and libration that the excited state starts with.
+_EXCITED_E, _EXCITED_LIBRATION = 0.03, 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """One state's motion over ``HOURS``.
+
+    Attributes
+    ----------
+    name, start : str
+        What it is, and what it starts from.
+    e : tuple
+        Range of the osculating eccentricity.
+    a : tuple
+        Range of the osculating semi-major axis, km.
+    libration : float
+        Half of peak to peak, degrees; NaN where Beta turns round under Alpha.
+    spin : ndarray, (3, 2)
+        Range of Beta's spin, 1e-5 rad/s.
+    pole : tuple
+        Range of the angle between Alpha's pole and the orbit's normal, degrees.
+    run : Run
+    """
+
+    name: str
+    start: str
+    e: tuple[float, float]
+    a: tuple[float, float]
+    libration: float
+    spin: _Array
+    pole: tuple[float, float]
+    run: Run
+
+
+def states() -> dict[str, tuple[str, Any, State]]:
+    """Name: what it starts from, system, state."""
+    system, nominal = systems.kw4()
+    paper_system, paper_state = systems.kw4_ho2021()
+    return {
+        "the paper's": ("retrograde to both spins, Beta's axes along the inertial ones", paper_system, paper_state),
+        "relaxed": (
+            "circular orbit in Alpha's equator, Beta aligned and turning with it",
+            system,
+            _relaxed(system, nominal),
+        ),
+        "nominal": (
+            "e = 0.0004, Alpha's pole tilted by 3.2 deg, Beta aligned, synchronous on average",
+            system,
+            nominal,
+        ),
+        "excited": (
+            f"e = {_EXCITED_E}, Alpha's pole tilted by 3.2 deg, Beta {_EXCITED_LIBRATION:g} deg off the line to Alpha",
+            system,
+            _excited(system, nominal),
+        ),
+    }
+
+
+def _relaxed(system: Any, state: State) -> State:
+    """The circular orbit for the force that acts, averaged over a turn of Alpha."""
+    from scipy.spatial.transform import Rotation
+
+    r = state.position[1] - state.position[0]
+    distance = float(np.linalg.norm(r))
+    turns = [Rotation.from_euler("z", x).as_quat(scalar_first=True) for x in np.arange(16) * np.pi / 16]
+    pulls = [system.interactions(state.replace(attitude=[q, [1, 0, 0, 0]])).force[0] @ r / distance for q in turns]
+    m = [body.mass for body in system.bodies]
+    speed = np.sqrt(distance * np.mean(pulls) * (1 / m[0] + 1 / m[1]))
+    share = np.array([-m[1], m[0]])[:, None] / sum(m)
+    return state.replace(
+        velocity=share * np.array([0.0, speed, 0.0]),
+        attitude=[[1, 0, 0, 0], [1, 0, 0, 0]],
+        spin=[state.spin[0], [0.0, 0.0, speed / distance]],
+    )
+
+
+def _excited(system: Any, state: State) -> State:
+    """An eccentric orbit and a Beta that starts off the line."""
+    orbit = KeplerElements(a=systems.ho2021.KW4_ORBIT["a"], e=_EXCITED_E, i=0.0, Omega=0.0, omega=0.0, M=0.0)
+    r, v = orbit.to_cartesian(system.mu())
+    m = [body.mass for body in system.bodies]
+    share = np.array([-m[1], m[0]])[:, None] / sum(m)
+    half = np.deg2rad(_EXCITED_LIBRATION) / 2
+    attitude = [state.attitude[0], [np.cos(half), 0.0, 0.0, np.sin(half)]]
+    return state.replace(position=share * r, velocity=share * v, attitude=attitude)
+
+
+def motions() -> list[Motion]:
+    """Run all states and measure them."""
+    from ..observables import libration, obliquity
+
+    found = []
+    for name, (begins, system, state) in states().items():
+        run = system.integrate(state, HOURS, output=0.1)
+        orbit = run.elements()
+        swing = libration(run)
+        # Beyond a quarter turn the other end of the axis is nearer.
+        amplitude = float(np.rad2deg(swing.amplitude)) if np.ptp(swing.angle) < np.pi else float("nan")
+        spin = run.spin[:, 1] * 1e5 / 3600.0
+        pole = np.rad2deg(obliquity(run, body=0, about=1))
+        found.append(
+            Motion(
+                name,
+                begins,
+                _range(orbit.e),
+                _range(orbit.a),
+                amplitude,
+                np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1),
+                _range(pole),
+                run,
+            )
+        )
+    return found
+
+
+def _range(values: Any) -> tuple[float, float]:
+    return float(np.min(values)), float(np.max(values))

@@ -1,0 +1,238 @@
+"""The report on the paper: its measures against closed forms, its findings against runs of their own, its files."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import paper
+from fullbody.cli import main
+from fullbody.reproduce import cases, kw4, physical, starts, write_report
+from fullbody.reproduce.verdicts import as_printed
+
+DEGREE = np.pi / 180
+
+
+@pytest.fixture(scope="module")
+def draft(tmp_path_factory):
+    return write_report(tmp_path_factory.mktemp("report"), draft=True)
+
+
+@pytest.fixture(scope="module")
+def numbers(draft):
+    return json.loads(draft.numbers.read_text(), parse_constant=lambda name: pytest.fail(f"{name} in the numbers"))
+
+
+# What is measured, against closed forms.
+
+
+def test_rounding_follows_the_printed_decimals():
+    assert as_printed(0.01256, "0.0126") == "0.0126"
+    assert as_printed(17.41149, "17.4116") == "17.4115"
+    assert as_printed(3928.5, "3900") == "3928"
+
+
+def test_slow_maxima_of_a_rippled_cosine():
+    hours = np.arange(0.0, 9000.0, 0.2)
+    values = np.cos(2 * np.pi * (hours - 300.0) / 4000.0) + 0.01 * np.cos(2 * np.pi * hours / 8.7)
+    assert kw4.slow_maxima(hours, values) == pytest.approx([300.0, 4300.0, 8300.0], abs=5.0)
+    assert kw4.between_maxima(hours, values) == pytest.approx(4000.0, abs=5.0)
+    assert np.isnan(kw4.between_maxima(hours[:1000], values[:1000]))
+
+
+def test_inclination_to_the_first_plane_of_a_point_orbit_is_zero():
+    system, state = fullbody.systems.kw4_ho2021(gravity="point")
+    run = system.integrate(state, 100.0, output=1.0)
+    assert kw4.inclination_to_first(run).max() < 1e-9
+
+
+def test_energy_of_the_tops_dominates():
+    """Case 2 starts with 2 * 1/2 I w^2 of rotation, I = 2/5 m a^2, and the least it can have is nearly that."""
+    run, _ = cases.case(2)
+    measured = cases.measure(run)
+    assert measured.rotational_range[0] == pytest.approx(2 * 0.5 * (2 / 5 * 2.0) * 2.0**2, rel=1e-5)
+    assert measured.tilt == pytest.approx(np.pi / 32, rel=0.01)
+
+
+def test_four_times_the_tilt_follows_the_sine_of_twice_the_angle():
+    assert cases.four_times() == pytest.approx(np.sin(np.pi / 4) / np.sin(np.pi / 16), rel=0.06)
+
+
+def test_motion_along_z_by_arithmetic():
+    curves = cases.z_motion(150.0)
+    assert curves["symmetric"].z.max() == 0.0
+    for name in ("compensated", "double"):
+        assert 0.0 < curves[name].z.max() < 1e-13
+    assert 5e-12 < curves["seeded"].z.max() < 5e-10
+
+
+def test_plain_doubles_follow_the_default_integrator():
+    """An independent integrator and rates written out anew: the symmetric ones do not change the orbit either."""
+    system, state = fullbody.systems.case1()
+    run = system.integrate(state, 50.0, output=[50.0])
+    for symmetric in (False, True):
+        times, z = cases._dop853(system, state, 50.0, symmetric)
+        assert times[-1] == 50.0
+        assert abs(z[-1] - run.position[0, 0, 2]) < 1e-14
+
+
+@pytest.mark.parametrize("inclination", [150.0, 179.0])
+def test_node_goes_round_as_the_quadrupole_says(inclination):
+    """Spin S and orbit L under the averaged quadrupole go round their sum J at 3/2 (G m_B (C - A)/a^3) cos J/(L S)."""
+    found = starts.nodal_period("spheroid", np.array([inclination]))[0]
+    system, _ = fullbody.systems.kw4_ho2021("spheroid")
+    m, axes = [b.mass for b in system.bodies], [b.shape.semi_axes for b in system.bodies]
+    a, reduced, G = 2.5477, m[0] * m[1] / sum(m), system.G
+    # C - A of Alpha; Beta's share is left out, as its own pole turns.
+    flattening = m[0] * (axes[0][0] ** 2 - axes[0][2] ** 2) / 5
+    orbit = reduced * np.sqrt(G * sum(m) * a)
+    spin = 2 / 5 * m[0] * axes[0][0] ** 2 * 2.2728
+    normal = np.array([0.0, np.sin(inclination * DEGREE), np.cos(inclination * DEGREE)])
+    cosine = np.cos(inclination * DEGREE)
+    total = np.linalg.norm(orbit * normal + np.array([0.0, 0.0, spin]))
+    rate = 1.5 * G * m[1] * flattening / a**3 * abs(cosine) * total / (orbit * spin)
+    assert found == pytest.approx(2 * np.pi / rate, rel=0.06)
+
+
+# What is found, by runs of their own.
+
+
+def test_beta_turned_by_half_a_turn_spins_alike():
+    """An ellipsoid is its own image under a half turn about its pole; x and y change their signs."""
+    one, two = starts.scan("Beta turned about its own pole (psi)", np.array([-150.0, 30.0])).ranges
+    assert one[2] == pytest.approx(two[2], abs=1e-9)
+    assert one[:2] == pytest.approx(-two[:2, ::-1], abs=1e-9)
+
+
+def test_an_orientation_gives_all_six_printed_numbers():
+    system, state = fullbody.systems.kw4_ho2021()
+    angles = np.array([[3.2, 0, 0], [-8.083, -0.842, 19.080]]) * DEGREE
+    turned = fullbody.State.from_tait_bryan(state.position, state.velocity, angles, state.spin)
+    run = system.integrate(turned, 200.0, output=0.02)
+    spin = run.spin[:, 1] * 1e5 / 3600
+    ranges = {axis: (spin[:, k].min(), spin[:, k].max()) for k, axis in enumerate("xyz")}
+    for axis, printed in paper.KW4_SPIN.items():
+        assert ranges[axis] == pytest.approx(printed, abs=0.006)
+
+
+def test_that_orientation_is_an_hour_of_motion_about_the_normal(numbers):
+    found = numbers["spin_search"]
+    assert found["misfit"] < 0.006
+    mean_motion = np.sqrt(fullbody.systems.kw4_ho2021()[0].mu() / 2.548**3)
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_euler("ZYX", found["angles"][::-1], degrees=True)
+    assert turn.magnitude() == pytest.approx(mean_motion, rel=0.02)
+
+
+def test_that_orientation_does_not_give_the_printed_year(numbers):
+    moved = numbers["kw4_from_spin_search"]
+    printed = paper.KW4["ellipsoid"]
+    assert abs(moved["a_mean"] - printed.a_mean) > 3e-4
+    assert abs(moved["e_max"] - printed.e_max) > 2e-4
+
+
+def test_six_ways_agree(numbers):
+    ranges = np.array([way["ranges"] for way in numbers["agreement"]])
+    assert len(ranges) == 6
+    assert np.ptp(ranges, axis=0).max() < 1e-9
+
+
+def test_physical_states():
+    motions = {motion.name: motion for motion in physical.motions()}
+    assert motions["relaxed"].libration < 0.5 < motions["nominal"].libration < motions["excited"].libration
+    assert motions["excited"].e[1] > paper.EXCITED_E
+    assert np.isnan(motions["the paper's"].libration)
+    # Prograde: Beta's pole stays; retrograde and inclined: it does not.
+    assert np.abs(motions["excited"].spin[:2]).max() < 0.2 < 2.0 < np.abs(motions["the paper's"].spin[:2]).max()
+    # A circular orbit's osculating eccentricity is what the quadrupoles add to the attraction: Alpha's 3/2 J2 (R/r)^2,
+    # and 3/2 (B + C - 2A)/(m r^2) of Beta, whose long axis points at Alpha.
+    system, _ = fullbody.systems.kw4()
+    (a, b, c), (p, q, r) = (body.shape.semi_axes for body in system.bodies)
+    forced = 1.5 / 5 * (((a * a + b * b) / 2 - c * c) + (2 * p * p - q * q - r * r)) / 2.547**2
+    assert np.mean(motions["relaxed"].e) == pytest.approx(forced, rel=0.05)
+
+
+# The verdicts and the files.
+
+
+def test_each_statement_has_its_verdict(draft):
+    assert [verdict.key for verdict in draft.verdicts] == list(paper.STATEMENTS)
+    assert all(verdict.ours for verdict in draft.verdicts)
+    assert all(verdict.why for verdict in draft.verdicts if verdict.verdict == "differs")
+
+
+def test_verdicts_are_the_known_ones(draft):
+    differ = {verdict.key for verdict in draft.verdicts if verdict.verdict == "differs"}
+    known = {"case1.z", "case2.z", "case1.z_late", "case2.four_times", "kw4.spheroid.spin_xy"}
+    known |= {f"kw4.spin_{axis}" for axis in "xyz"}
+    known |= {f"kw4.{shape}.{what}" for shape in paper.KW4 for what in ("period", "inclination_period", "cpu")}
+    assert differ == known | {"case1.cpu", "case2.cpu"}
+
+
+def test_equal_means_the_printed_digits(draft):
+    equal = [verdict for verdict in draft.verdicts if verdict.verdict == "equal"]
+    assert len(equal) == 8
+    assert all(verdict.ours == verdict.printed for verdict in equal)
+
+
+def test_statements_carry_the_numbers_of_the_tables():
+    assert paper.STATEMENTS["kw4.ellipsoid.a_min"].text == "2.5418"
+    assert paper.STATEMENTS["kw4.spheroid.period"].text == "17.4177"
+    assert paper.STATEMENTS["kw4.spin_z"].text == "[9.55, 11.16]"
+    assert paper.STATEMENTS["kw4.ellipsoid.cpu"].text == "4.6 h"
+
+
+def test_kw4_command_and_report_measure_alike(numbers, tmp_path, capsys):
+    assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
+    command = json.loads((tmp_path / "numbers.json").read_text())
+    for shape in paper.KW4:
+        one, two = command[shape]["focal"], numbers["kw4"]["focal"][shape]
+        for measured in (one, two):
+            measured.pop("cpu_seconds")
+        assert one == two
+
+
+class _Page(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.sources, self.open, self.text = [], [], ""
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        self.sources += [values[name] for name in ("src", "href") if name in values]
+        if tag not in ("meta", "img", "br", "link"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def test_page_needs_no_other_file(draft):
+    page = _Page()
+    page.feed(draft.page.read_text(encoding="utf-8"))
+    assert page.open == []
+    assert all(source.startswith(("data:image/png;base64,", "#")) for source in page.sources)
+    figures = {path.stem for path in draft.figures}
+    assert sum(source.startswith("data:") for source in page.sources) == len(figures) == 12
+    assert "draft" in page.text
+    assert not re.search(r"\b(nan|inf|None)\b", page.text)
+
+
+def test_figures_are_written_twice(draft):
+    assert sorted({path.suffix for path in draft.figures}) == [".pdf", ".png"]
+    assert all(path.stat().st_size > 5000 for path in draft.figures)
+    assert not [path for path in draft.page.parent.rglob("*") if ".part" in path.name]
+
+
+def test_command_prints_the_verdicts(monkeypatch, capsys, draft, tmp_path):
+    monkeypatch.setattr("fullbody.reproduce.write_report", lambda out, **options: draft)
+    assert main(["reproduce", "--draft", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "8 equal" in printed
+    assert str(draft.page) in printed
