@@ -60,7 +60,7 @@ fmt:  ## formats everything
 	$(BIN)/ruff check --fix python tests benches
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
-	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -j auto -d out/doctrees docs out/docs
+	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 
 $(REPORT)/numbers.json: $(VENV)/.built
 	$(BIN)/python -m fullbody reproduce --out $(REPORT)

@@ -22,8 +22,8 @@ author = "The fullbody developers"
 project_copyright = "the fullbody developers"
 release = metadata.version("fullbody")
 
-# Where `fullbody reproduce` wrote its report; the page report.md reads it.
-REPORT = Path(os.environ.setdefault("FULLBODY_REPORT", str(ROOT / "out" / "reproduce"))).resolve()
+# Where `fullbody reproduce` wrote its report, from the project's folder; the page report.md reads it.
+REPORT = (ROOT / os.environ.get("FULLBODY_REPORT", "out/reproduce")).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
 if not (REPORT / "numbers.json").is_file():
     raise ConfigError(f"no numbers.json in {REPORT}; `make docs` has `fullbody reproduce` make it")
