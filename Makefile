@@ -1,9 +1,11 @@
 # On a machine with Python >= 3.11, a Rust toolchain and make:
 #   make kw4     one year of 1999 KW4 beside the paper's numbers
 #   make test    all tests, Rust and Python
+#   make docs    the documentation, with every example run
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 PYTHON ?= python3
+REPORT ?= out/reproduce
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
@@ -11,7 +13,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 test test-rust test-python check fmt bench clean
+.PHONY: help kw4 reproduce test test-rust test-python check fmt docs bench clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -26,6 +28,10 @@ $(VENV)/.built: $(BIN)/maturin pyproject.toml $(RUST)
 
 $(VENV)/.dev: $(VENV)/.built
 	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[dev]'
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.built
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[docs]'
 	@touch $@
 
 kw4: $(VENV)/.built  ## one year of 1999 KW4 beside the paper's numbers, into out/kw4/
@@ -53,6 +59,14 @@ fmt:  ## formats everything
 	$(BIN)/ruff format python tests benches
 	$(BIN)/ruff check --fix python tests benches
 
+docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
+	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+
+reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reproduce/
+
+$(REPORT)/numbers.json: $(VENV)/.built python/fullbody/paper.py $(shell find python/fullbody/reproduce -type f -not -path '*/__pycache__/*')
+	$(BIN)/python -m fullbody reproduce --out $(REPORT)
+
 bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
@@ -60,6 +74,6 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/work_precision.py
 
 clean:  ## removes what was built
-	rm -rf target $(VENV) out dist
+	rm -rf target $(VENV) out dist docs/_extra docs/notebooks
 	find python tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so

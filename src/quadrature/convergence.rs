@@ -17,7 +17,7 @@
 //! rate = h in the disc's plane, v + sqrt(1 + v^2) on its axis. The mean over the disc of the first power that a rule of
 //! degree L misses is smaller by about L^2, and the field is larger than the potential by about L.
 //!
-//! (Lundin 1985, Contemp. Math. 137, 327; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
+//! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
 //! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
 
 use crate::math::lanes::Lanes;

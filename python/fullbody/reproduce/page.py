@@ -12,6 +12,7 @@ from typing import Any
 from .. import paper
 from .._files import replacing
 from .._units import need
+from .captions import CAPTIONS
 from .results import Results, as_numbers, compute, counts
 from .verdicts import Verdict
 
@@ -112,5 +113,10 @@ def render(results: Results, figures: Path) -> str:
     environment.filters["e"] = lambda value: f"{value:.1e}"
     template = environment.get_template("report.html")
     return template.render(
-        r=results, paper=paper, picture=picture, counts=dict(counts(results.verdicts)), version=__version__
+        r=results,
+        paper=paper,
+        picture=picture,
+        captions=CAPTIONS,
+        counts=dict(counts(results.verdicts)),
+        version=__version__,
     )

@@ -13,6 +13,7 @@ from ..run import Run
 from . import cases, kw4, physical, starts
 from .cases import CaseNumbers
 from .cases import Motion as MotionAlongZ
+from .captions import CAPTIONS
 from .verdicts import Verdict, judge
 
 __all__ = ["Results", "as_numbers", "compute", "counts"]
@@ -122,6 +123,7 @@ def as_numbers(results: Results) -> dict[str, Any]:
         "program": f"fullbody {__version__}",
         "paper": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         "draft": results.draft,
+        "figures": CAPTIONS,
         "verdicts": [asdict(verdict) for verdict in results.verdicts],
         "cases": {f"case{number}": asdict(numbers) for number, numbers in results.cases.items()},
         "case2_four_times_theta": results.four_times,

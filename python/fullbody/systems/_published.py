@@ -25,7 +25,7 @@ class Value:
     uncertainty : str
         As published; empty where none is.
     source : str
-        Key of :attr:`Published.sources`.
+        Key of ``Published.sources``.
     """
 
     value: Any

@@ -1,0 +1,127 @@
+"""The documentation site: ``make docs``.
+
+Every code cell of a MyST page is executed by the build; an error or a warning ends it. The notebooks are shown with the
+outputs that they are kept with, which the tests check.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from sphinx.errors import ConfigError
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+
+project = "fullbody"
+author = "The fullbody developers"
+project_copyright = "the fullbody developers"
+release = metadata.version("fullbody")
+
+# Where `fullbody reproduce` wrote its report, from the project's folder; the page report.md reads it.
+REPORT = (ROOT / os.environ.get("FULLBODY_REPORT", "out/reproduce")).resolve()
+os.environ["FULLBODY_REPORT"] = str(REPORT)
+if not (REPORT / "numbers.json").is_file():
+    raise ConfigError(f"no numbers.json in {REPORT}; `make docs` has `fullbody reproduce` make it")
+
+
+def stage() -> None:
+    """Copy what the site shows and other folders hold, where it has changed."""
+    notebooks = DOCS / "notebooks"
+    extra = DOCS / "_extra"
+    for folder in (notebooks, extra):
+        folder.mkdir(exist_ok=True)
+    wanted = {path.name: path for path in (ROOT / "notebooks").glob("*.ipynb")}
+    for path in notebooks.glob("*.ipynb"):
+        if path.name not in wanted:
+            path.unlink()
+    for name, path in wanted.items():
+        copy(path, notebooks / name)
+    if (REPORT / "report.html").is_file():
+        copy(REPORT / "report.html", extra / "full-report.html")
+    # One file of MathJax, so that formulas show without a network.
+    mathjax = next(f for f in metadata.files("sphinx-mathjax-offline") or [] if f.name == "tex-svg-full.js")
+    copy(Path(str(mathjax.locate())), extra / "_static" / "tex-svg-full.js")
+
+
+def copy(source: Path, target: Path) -> None:
+    """Copy a file unless the target holds the same; an untouched notebook is not read again."""
+    target.parent.mkdir(exist_ok=True)
+    if not target.is_file() or source.read_bytes() != target.read_bytes():
+        shutil.copyfile(source, target)
+
+
+stage()
+
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinxcontrib.bibtex",
+]
+exclude_patterns = ["_extra", "README.md", "**.ipynb_checkpoints"]
+nitpicky = True
+
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+mathjax_path = "tex-svg-full.js"
+
+nb_execution_mode = "force"
+# Files that an example writes go to a folder of its own.
+nb_execution_in_temp = True
+nb_execution_show_tb = True
+nb_execution_timeout = 240
+nb_execution_excludepatterns = ["notebooks/*.ipynb"]
+nb_merge_streams = True
+nb_render_markdown_format = "myst"
+
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autosummary_generate = False
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+bibtex_bibfiles = ["references.bib"]
+bibtex_default_style = "plain"
+bibtex_reference_style = "author_year"
+
+copybutton_exclude = ".linenos, .gp, .go"
+
+html_theme = "pydata_sphinx_theme"
+html_title = "fullbody"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_extra_path = ["_extra"]
+html_sidebars = {page: [] for page in ("index", "comparison", "report")}
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "navigation_with_keys": False,
+    "show_prev_next": True,
+    "secondary_sidebar_items": ["page-toc"],
+    "header_links_before_dropdown": 7,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "show_toc_level": 2,
+    "back_to_top_button": False,
+}
+
+
+def escape_number(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Keep a leading ``(65803)`` from being read as the number of a list's item."""
+    first = next((place for place, line in enumerate(lines) if line.strip()), None)
+    if first is not None and lines[first].startswith("("):
+        lines[first] = "\\" + lines[first]
+
+
+def setup(app: Any) -> None:
+    """Connect after numpydoc, which takes the text apart."""
+    app.connect("autodoc-process-docstring", escape_number, priority=600)
