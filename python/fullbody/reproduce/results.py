@@ -11,9 +11,9 @@ import numpy as np
 from .. import paper
 from ..run import Run
 from . import cases, kw4, physical, starts
+from .captions import CAPTIONS
 from .cases import CaseNumbers
 from .cases import Motion as MotionAlongZ
-from .captions import CAPTIONS
 from .verdicts import Verdict, judge
 
 __all__ = ["Results", "as_numbers", "compute", "counts"]
