@@ -87,9 +87,10 @@ def grid(ax: Any) -> None:
     ax.set_axisbelow(True)
 
 
-def legend(ax: Any, columns: int = 3) -> None:
+def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
     """A legend above the axes, where it covers no data; long dashes stay recognisable."""
     ax.legend(
+        **kwargs,
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
         ncols=columns,

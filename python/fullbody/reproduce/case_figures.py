@@ -9,7 +9,7 @@ import numpy as np
 from ..plots._style import LINES, grid, legend
 from ..run import Run
 from . import cases
-from .kw4_figures import positive
+from ._drawing import figure, floor, largest, positive, power
 
 if TYPE_CHECKING:
     from .results import Results
@@ -17,6 +17,18 @@ if TYPE_CHECKING:
 __all__ = ["all_figures"]
 
 _BODIES = ("A", "B")
+#: The paper's colours, each with dashes of its own.
+_ENERGIES = (
+    ("potential $U$", "potential_energy", LINES[3]),
+    ("translational $E_k$", "translational_energy", LINES[4]),
+    ("rotational $E_{rot}$", "rotational_energy", {**LINES[1], "linestyle": (0, (1, 1.2))}),
+    ("total $E_{tot}$", "energy", LINES[0]),
+)
+_TIME = "time (dimensionless)"
+#: Case 2's angles go round some 60 times; this much of them is drawn at large.
+_ZOOM = 20.0
+#: Errors of the angular momentum are the largest in windows of this length.
+_WINDOW = 4.0
 
 
 def all_figures(results: Results) -> dict[str, Any]:
@@ -31,88 +43,101 @@ def all_figures(results: Results) -> dict[str, Any]:
     }
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False)
-
-
 def motion(run: Run, number: int) -> Any:
-    """(a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins."""
-    figure, axes = _figure(3, 2, (9.0, 9.0))
+    """(a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins; the fast angles of case 2 also in part."""
+    fast = number == 2
+    heights = (1.0, 0.45, 1.0, 1.0) if fast else (1.0, 1.0, 1.0)
+    drawn, axes = figure(len(heights), 2, (9.0, 10.5 if fast else 9.0), height_ratios=heights)
+    exponent = power(run.position[..., 2])
     for body, name in enumerate(_BODIES):
         x, y, z = run.position[:, body].T
-        axes[0, 0].plot(x, y, linewidth=0.8, label=name, **LINES[body])
-        axes[0, 1].plot(run.time, z, linewidth=0.8, label=name, **LINES[body])
+        axes[0, 0].plot(x, y, linewidth=0.9, label=name, **LINES[body])
+        axes[0, 1].plot(run.time, z / 10.0**exponent, linewidth=0.9, label=name, **LINES[body])
         sines = np.sin(cases.angles(run)[:, body])
         # As in the paper: psi of case 2 goes round, its spin about z stays at 2; neither is drawn.
-        shown = 3 if number == 1 else 2
-        for k, label in enumerate((r"$\phi$", r"$\theta$", r"$\psi$")[:shown]):
-            axes[1, body].plot(run.time, sines[:, k], linewidth=0.8, label=rf"$\sin$ {label}", **LINES[k])
-        for k, label in enumerate("xyz"[:shown]):
-            axes[2, body].plot(
-                run.time, run.spin[:, body, k], linewidth=0.8, label=rf"$\hat\omega_{label}$", **LINES[k]
-            )
-        axes[1, body].set_ylabel(f"sines of the angles of {name}")
-        axes[2, body].set_ylabel(f"spin of {name} [rad per unit time]")
-    axes[0, 0].set_xlabel("x")
-    axes[0, 0].set_ylabel("y")
+        shown = 2 if fast else 3
+        rows = (axes[1, body], axes[2, body]) if fast else (axes[1, body],)
+        for k, angle in enumerate((r"$\phi$", r"$\theta$", r"$\psi$")[:shown]):
+            for ax in rows:
+                ax.plot(run.time, sines[:, k], linewidth=0.9, label=rf"$\sin$ {angle}", **LINES[k])
+        rows[-1].set_ylabel(f"sines of the angles of {name}\n(dimensionless)")
+        for k, axis in enumerate("xyz"[:shown]):
+            spin = run.spin[:, body, k]
+            axes[-1, body].plot(run.time, spin, linewidth=0.9, label=rf"$\hat\omega_{axis}$", **LINES[k])
+        axes[-1, body].set_ylabel(f"spin of {name}\n[rad per unit time]")
+        if fast:
+            rows[0].set_ylabel(f"sines of {name}\n(dimensionless)")
+    axes[0, 0].set_xlabel("x (dimensionless)")
+    axes[0, 0].set_ylabel("y (dimensionless)")
     axes[0, 0].set_aspect("equal", adjustable="datalim")
-    axes[0, 1].set_ylabel("z")
-    axes[0, 1].ticklabel_format(axis="y", style="sci", scilimits=(0, 0))
-    for ax, letter in zip(axes.flat, "abcdef", strict=True):
+    axes[0, 1].set_ylabel(rf"z [$10^{{{exponent}}}$] (dimensionless)")
+    letters = ("a", "b", "c", "d", "c", "d", "e", "f") if fast else tuple("abcdef")
+    for ax, letter in zip(axes.flat, letters, strict=True):
         grid(ax)
         legend(ax)
         ax.set_title(f"({letter})", loc="left", fontsize="medium")
         if ax is not axes[0, 0]:
-            ax.set_xlabel("time")
+            ax.set_xlabel(_TIME)
             ax.margins(x=0)
-    figure.suptitle(f"Case {number}: motion of the two spheroids")
-    return figure
+    if fast:
+        for ax, letter in zip(axes[2], "cd", strict=True):
+            ax.set_xlim(0.0, _ZOOM)
+            ax.set_title(f"({letter}) until {_ZOOM:g}", loc="left", fontsize="medium")
+    drawn.suptitle(f"Case {number}: motion of the two spheroids")
+    return drawn
 
 
 def force(run: Run, forces: Any) -> Any:
     """F_z on A."""
-    figure, axes = _figure(1, 1, (7.0, 3.2))
+    drawn, axes = figure(1, 1, (7.0, 3.2))
     ax = axes[0, 0]
-    ax.plot(run.time, forces[:, 2], linewidth=0.8, **LINES[0])
-    ax.set_xlabel("time")
-    ax.set_ylabel("$F_z$ on A")
+    exponent = power(forces[:, 2])
+    ax.plot(run.time, forces[:, 2] / 10.0**exponent, linewidth=0.9, **LINES[0])
+    ax.set_xlabel(_TIME)
+    ax.set_ylabel(rf"$F_z$ on A [$10^{{{exponent}}}$]" + "\n(dimensionless)")
     ax.margins(x=0)
     grid(ax)
-    largest = np.abs(forces[:, :2]).max()
-    figure.suptitle(f"Case 1: the force along z is round-off; along x and y it reaches {largest:.2f}")
-    return figure
+    reached = np.abs(forces[:, :2]).max()
+    drawn.suptitle(f"Case 1: the force along z is round-off; along x and y it reaches {reached:.2f}")
+    return drawn
 
 
 def energy(run: Run, number: int) -> Any:
     """Energies, and the errors from step to step (the paper's) and from the start."""
-    figure, axes = _figure(3, 1, (7.0, 8.5))
+    drawn, axes = figure(3, 1, (7.0, 8.5), sharex=True)
     top, middle, bottom = axes[:, 0]
-    parts = (run.potential_energy, run.translational_energy, run.rotational_energy, run.energy)
-    names = ("potential", "translational", "rotational", "total")
-    for k, (values, name) in enumerate(zip(parts, names, strict=True)):
-        top.plot(run.time, values, linewidth=1.0, label=name, **LINES[k])
-    top.set_ylabel("energy")
-    step = np.abs(np.diff(run.energy) / run.energy[:-1])
-    middle.plot(*positive(run.time[1:], step), ".", markersize=2, color="0.45", label="step to step")
-    middle.plot(*positive(run.time, np.abs(run.energy_drift)), linewidth=1.0, label="from the start", **LINES[0])
-    orbital = np.abs(run.energy_drift_orbital)
-    middle.plot(*positive(run.time, orbital), linewidth=1.0, label="from the start, of the orbital energy", **LINES[1])
-    middle.set_ylabel("relative energy error")
+    for name, values, style in _ENERGIES:
+        top.plot(run.time, getattr(run, values), linewidth=1.3, label=name, **style)
+    top.set_ylabel("energy (dimensionless)")
+    _energy_errors(middle, run)
     momentum = run.angular_momentum
-    for k, name in enumerate("xyz"):
-        change = np.abs(np.diff(momentum[:, k]))
-        style = {"color": LINES[k]["color"], "marker": "ox^"[k], "markersize": 2.0, "linestyle": "none"}
-        bottom.plot(*positive(run.time[1:], change), label=f"$J_{name}$", **style)
-    bottom.set_ylabel("angular momentum error,\nstep to step")
-    for ax in (middle, bottom):
-        ax.set_yscale("log")
+    for k, axis in enumerate("xyz"):
+        change = largest(run.time[1:], np.diff(momentum[:, k]), _WINDOW)
+        bottom.plot(*change, linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
+    bottom.set_title(f"step to step, largest in {_WINDOW:g} units of time", loc="left", fontsize="small")
+    bottom.set_ylabel("error of the angular\nmomentum (dimensionless)")
+    bottom.set_yscale("log")
+    bottom.set_xlabel(_TIME)
+    bottom.set_xlim(run.time[0], run.time[-1])
     for ax in axes[:, 0]:
         grid(ax)
         legend(ax, columns=4)
-        ax.margins(x=0)
-        ax.set_xlabel("time")
-    figure.suptitle(f"Case {number}: energies and errors")
-    return figure
+    drawn.align_ylabels()
+    drawn.suptitle(f"Case {number}: energies and errors")
+    return drawn
+
+
+def _energy_errors(ax: Any, run: Run) -> None:
+    step = np.abs(np.diff(run.energy) / run.energy[:-1])
+    whole, orbital = np.abs(run.energy_drift), np.abs(run.energy_drift_orbital)
+    dots = {"linestyle": "none", "marker": ".", "markersize": 5.0, "markeredgewidth": 0.0, "color": "0.55"}
+    ax.plot(*positive(run.time[1:], step), label=f"step to step ({np.mean(step == 0):.0%} are 0)", **dots)
+    # Without spin at the start the two are one.
+    same = np.allclose(whole, orbital, rtol=1e-6, atol=0.0)
+    label = "from the start, all energy being the orbit's" if same else "from the start"
+    ax.plot(*positive(run.time, whole), linewidth=1.2, label=label, **LINES[0])
+    if not same:
+        label = "from the start, of the orbital energy"
+        ax.plot(*positive(run.time, orbital), linewidth=1.2, label=label, **LINES[1])
+    floor(ax, run.energy[0])
+    ax.set_ylabel("error of the energy\n(relative)")

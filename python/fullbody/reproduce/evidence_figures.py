@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import paper
-from ..plots._style import LINES, grid, legend
-from . import kw4
+from .. import paper, systems
+from ..plots._style import LINES, grid, legend, matplotlib
+from . import cases, kw4
+from ._drawing import SHAPES, broken, figure
 
 if TYPE_CHECKING:
     from .results import Results
 
 __all__ = ["all_figures"]
+
+#: How the paper's values are drawn.
+_PRINTED = {"linewidth": 1.0, "linestyle": (0, (4, 2))}
+_NOTE = {"fontsize": "small", "color": "0.25"}
+#: How much of the physical states' motion is drawn, hours.
+_SHOWN = 500.0
+#: Inclination between prograde and retrograde orbits, degrees.
+_POLAR = 90.0
 
 
 def all_figures(results: Results) -> dict[str, Any]:
@@ -26,119 +36,146 @@ def all_figures(results: Results) -> dict[str, Any]:
     }
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float], **kwargs: Any) -> tuple[Any, Any]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, **kwargs)
-
-
 def z_motion(results: Results) -> Any:
     """Case 1's motion along z by kind of arithmetic."""
-    figure, axes = _figure(1, 1, (7.0, 4.2))
+    drawn, axes = figure(1, 1, (7.0, 4.6))
     ax = axes[0, 0]
     labels = {
-        "seeded": "default integrator, started with z = 1e-11",
+        "seeded": f"default integrator, started with z = {cases._NOISE:.0e}",
         "double": "DOP853, plain doubles",
         "compensated": "default integrator, compensated sums",
-        "symmetric": "DOP853, rates exactly symmetric: z = 0 throughout",
+        "symmetric": "DOP853, exactly symmetric rates",
     }
+    lowest, zero = np.inf, []
     for k, (name, text) in enumerate(labels.items()):
         motion = results.z_motion[name]
-        shown = np.where(motion.z > 0, motion.z, np.nan)
-        ax.plot(motion.time, shown, linewidth=1.3, label=text, **LINES[k])
+        if not motion.z.any():
+            zero.append(f"{text}: z = 0 throughout")
+            continue
+        lowest = min(lowest, float(motion.z[motion.z > 0].min()))
+        ax.plot(motion.time, np.where(motion.z > 0, motion.z, np.nan), linewidth=1.3, label=text, **LINES[k])
+    said = paper.STATEMENTS["case1.z_late"].text
+    order = float(said.split()[-1])
+    ax.axhline(order, color="0.35", **_PRINTED)
+    place = {"xycoords": ax.get_yaxis_transform(), **_NOTE}
+    ax.annotate(f"the paper at t = {paper.CASES_LATE:g}: {said}", (0.01, 2 * order), va="bottom", **place)
+    ax.annotate("\n".join(zero), (0.99, 0.03), xycoords="axes fraction", ha="right", **_NOTE)
     ax.set_yscale("log")
-    ax.set_ylim(1e-18, 1e3)
-    ax.axhline(0.1, color="0.6", linewidth=0.8)
-    place = {"xycoords": ax.get_yaxis_transform(), "fontsize": "small", "color": "0.35", "va": "bottom"}
-    ax.annotate("the paper's order at t = 2200", (0.01, 0.13), **place)
-    ax.set_xlabel("time")
-    ax.set_ylabel("|z| of A, largest in 25 units of time")
+    # Room for the two notes.
+    ax.set_ylim(lowest / 1e3, 1e3 * order)
+    ax.set_xlabel("time (dimensionless)")
+    ax.set_ylabel("|z| of A, largest in 25 (dimensionless)")
     ax.margins(x=0)
     grid(ax)
-    ax.legend(loc="lower right", fontsize="small")
-    figure.suptitle("Case 1: the motion along z is round-off that an instability makes grow")
-    return figure
+    drawn.legend(loc="outside lower center", fontsize="small", frameon=False, handlelength=3.0)
+    drawn.suptitle("Case 1: the motion along z is round-off that an instability makes grow")
+    return drawn
 
 
 def spin_starts(results: Results) -> Any:
     """Beta's spin over the first 200 h along families of starts, beside the printed ranges."""
-    figure, axes = _figure(4, len(results.scans), (10.5, 9.5), sharex="col", sharey="row")
+    columns = len(results.scans)
+    drawn, axes = figure(4, columns, (0.5 + 3.1 * columns, 9.5), sharex="col", sharey="row")
     for column, scan in enumerate(results.scans):
+        unit = getattr(scan, "unit", "deg")
         for row, (axis, printed) in enumerate(paper.KW4_SPIN.items()):
             ax = axes[row, column]
             low, high = scan.ranges[:, row].T
             ax.fill_between(scan.values, low, high, color=LINES[0]["color"], alpha=0.25, linewidth=0)
-            ax.plot(scan.values, low, scan.values, high, linewidth=1.0, **LINES[0])
+            ax.plot(scan.values, low, scan.values, high, linewidth=1.2, **LINES[0])
             for value in printed:
-                ax.axhline(value, color="0.2", linewidth=0.9, linestyle=(0, (4, 2)))
-            if column == 0:
-                ax.set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
+                ax.axhline(value, color="0.1", **_PRINTED)
+            axes[row, 0].set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
         ax = axes[3, column]
-        ax.plot(scan.values, scan.misfit, linewidth=1.2, **LINES[4])
+        ax.plot(scan.values, scan.misfit, linewidth=1.2, **LINES[0])
         ax.set_yscale("log")
-        ax.set_xticks(np.arange(-90, 91, 45))
-        ax.set_xlabel(f"{scan.name} [deg]", fontsize="small")
-        if column == 0:
-            ax.set_ylabel("largest difference from\nthe printed [$10^{-5}$ rad/s]")
-    for ax in axes.flat:
-        grid(ax)
-        ax.margins(x=0)
-        ax.axvline(0.0, color="0.6", linewidth=0.8)
-    figure.suptitle("Range of Beta's spin over 200 h by start (bands); the paper's ranges (dashed); its start (0 deg)")
-    return figure
+        if unit == "deg":
+            ax.xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(45))
+        ax.set_xlabel(fill(f"{scan.name} [{unit}]", 30), fontsize="small")
+        for ax in axes[:, column]:
+            grid(ax)
+            ax.margins(x=0)
+            ax.axvline(getattr(scan, "start", 0.0), color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
+    axes[3, 0].set_ylabel("largest difference from\nthe printed [$10^{-5}$ rad/s]")
+    drawn.suptitle(
+        f"Beta's spin by start. Bands: range over {paper.KW4_SPIN_HOURS:g} h; dashed: printed; dotted: the paper's start"
+    )
+    drawn.get_layout_engine().set(w_pad=0.08)
+    return drawn
 
 
 def inclination(results: Results) -> Any:
     """The two inclinations over the year, and the nodal period by the orbit's inclination."""
     from astropy import units as u
 
-    figure, axes = _figure(3, 1, (7.0, 9.0))
+    drawn, axes = figure(3, 1, (7.0, 9.5))
     first, own, by = axes[:, 0]
-    for k, (shape, run) in enumerate(results.year_runs.items()):
+    for shape, run in results.year_runs.items():
         thinned = run[::16]
         hours = thinned.time.to_value(u.hour)
-        style = {**LINES[2 * k], "linewidth": 1.0}
-        first.plot(hours, kw4.inclination_to_first(thinned), label=f"{shape}s", **style)
-        own.plot(hours, thinned.elements().i.to_value(u.deg), label=f"{shape}s", **style)
+        style = SHAPES[shape]
+        first.plot(hours, kw4.inclination_to_first(thinned), linewidth=1.2, **style)
+        own.plot(hours, thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
         inclinations, periods = results.nodal[shape]
-        by.plot(inclinations, periods, label=f"{shape}s", **{**style, "linewidth": 1.4})
+        # The node of a polar orbit hardly moves.
+        by.plot(*broken(inclinations, periods, _POLAR), linewidth=1.5, marker=".", markersize=4.0, **style)
         printed = paper.KW4[shape].inclination_period
-        own.axvline(printed, color=style["color"], linewidth=0.9, linestyle=(0, (4, 2)))
-        by.axhline(printed, color=style["color"], linewidth=0.9, linestyle=(0, (4, 2)))
-        by.annotate(f"printed, {shape}s", (139.5, printed), fontsize="small", va="bottom", color="0.25")
-    by.axvline(156.1, color="0.6", linewidth=0.8)
+        own.axvline(printed, color=style["color"], **_PRINTED)
+        by.axhline(printed, color=style["color"], **_PRINTED)
+        note = f"printed, {shape}s: {printed:.0f} h"
+        place, side = _free(inclinations)
+        by.annotate(note, (place, printed), (2, 2), textcoords="offset points", ha=side, va="bottom", **_NOTE)
+    start = systems.ho2021.KW4_SKY["i"]
+    by.axvline(start, color="0.4", linewidth=1.0)
     first.set_ylabel("inclination to the\nfirst orbit's plane [deg]")
     own.set_ylabel("inclination to the\nxy-plane [deg]")
     by.set_ylabel("period of the node [h]")
     for ax in (first, own):
         ax.set_xlabel("time [h]")
-    by.set_xlabel("initial inclination of the orbit [deg]; the paper's start at 156.1")
-    by.set_ylim(bottom=3250)
+    by.set_xlabel(f"initial inclination of the orbit [deg]; vertical line: the paper's start, {start:g}")
+    for ax, text in ((own, "dashed: the printed periods, drawn from the start"), (by, "dashed: the printed periods")):
+        ax.set_title(text, loc="left", fontsize="small")
     for ax in axes[:, 0]:
         grid(ax)
         legend(ax)
         ax.margins(x=0)
-    figure.suptitle("1999 KW4: inclination; dashed: the printed periods, drawn from the start")
-    return figure
+    drawn.suptitle("1999 KW4: inclination of the orbit")
+    return drawn
+
+
+def _free(inclinations: Any) -> tuple[float, str]:
+    """Where a note crosses no curve: the middle between prograde and retrograde orbits, or the left edge."""
+    below, above = inclinations[inclinations < _POLAR], inclinations[inclinations >= _POLAR]
+    if len(below) and len(above):
+        return 0.5 * float(below.max() + above.min()), "center"
+    return float(inclinations.min()), "left"
 
 
 def physical(results: Results) -> Any:
     """Eccentricity and Beta's spin of the physical states and of the paper's."""
-    figure, axes = _figure(4, len(results.physical), (11.0, 8.5), sharex=True, sharey="row")
+    columns = len(results.physical)
+    drawn, axes = figure(4, columns, (1.0 + 2.4 * columns, 8.5), sharex=True, sharey="row")
     for column, motion in enumerate(results.physical):
-        shown = motion.run.time <= 500.0
+        shown = motion.run.time <= _SHOWN
         hours = motion.run.time[shown]
         panels = [motion.run.elements().e[shown], *(motion.run.spin[shown, 1].T * 1e5 / 3600.0)]
         for ax, values in zip(axes[:, column], panels, strict=True):
-            ax.plot(hours, values, linewidth=0.6, color=LINES[0]["color"])
+            ax.plot(hours, values, linewidth=0.7, color=LINES[0]["color"])
             grid(ax)
-            ax.margins(x=0)
         swing = "turns under Alpha" if np.isnan(motion.libration) else f"libration {motion.libration:.1f} deg"
-        axes[0, column].set_title(f"{motion.name}\n{swing}", fontsize="medium")
+        axes[0, column].set_title(f"{fill(motion.name, 24)}\n{swing}", fontsize="small")
         axes[-1, column].set_xlabel("time [h]")
-    axes[0, 0].set_ylabel("eccentricity")
+    for ax in axes[1:3].flat:
+        # What looks like nothing beside the paper's motion, in a number.
+        values = ax.lines[0].get_ydata()
+        low, high = ax.get_ylim()
+        if np.ptp(values) < 0.1 * (high - low):
+            note = f"within {np.abs(values).max():.1g}" if values.any() else "zero"
+            ax.annotate(note, (0.97, 0.6), xycoords="axes fraction", ha="right", **_NOTE)
+    axes[0, 0].set_xlim(0.0, _SHOWN)
+    axes[0, 0].xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(200))
+    axes[0, 0].set_ylabel("eccentricity\n(dimensionless)")
     for row, axis in enumerate("xyz", start=1):
         axes[row, 0].set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
-    figure.suptitle("1999 KW4: the paper's start beside physical ones (first 500 h)")
-    return figure
+    drawn.suptitle(f"1999 KW4: the paper's start beside physical ones (first {_SHOWN:g} h)")
+    return drawn

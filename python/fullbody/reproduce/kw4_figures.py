@@ -7,14 +7,17 @@ from typing import Any
 import numpy as np
 
 from .. import paper
-from ..plots._style import matplotlib
+from ..plots._style import LINES, grid, legend, matplotlib
 from ..run import Run
+from . import kw4
+from ._drawing import SHAPES, figure, floor, largest, windows
 
-_STYLES = {
-    "ellipsoid": {"color": "#0072b2", "linestyle": "-", "label": "ellipsoids"},
-    "spheroid": {"color": "#d55e00", "linestyle": ":", "label": "spheroids"},
-}
-_AXES = {"x": "#0072b2", "y": "#d55e00", "z": "#222222"}
+__all__ = ["all_figures"]
+
+#: Bands of elements are the range over this many orbits.
+_ORBITS = 5
+#: Errors are the largest in windows of this many hours.
+_WINDOW = 100.0
 
 
 def all_figures(runs: dict[str, Run]) -> dict[str, Any]:
@@ -22,104 +25,109 @@ def all_figures(runs: dict[str, Run]) -> dict[str, Any]:
     return {"elements": elements(runs), "beta_spin": beta_spin(runs), "errors": errors(runs)}
 
 
-def _figure(rows: int, height: float) -> Any:
-    figure = matplotlib("figure").Figure(figsize=(7.0, height), layout="constrained")
-    return figure, figure.subplots(rows, 1, sharex=True)
+def _hours(run: Run) -> Any:
+    from astropy import units as u
+
+    return run.time.to_value(u.hour)
 
 
 def elements(runs: dict[str, Run]) -> Any:
     """Eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
     from astropy import units as u
 
-    from .kw4 import inclination_to_first
-
-    figure, axes = _figure(3, 7.0)
+    drawn, axes = figure(3, 1, (7.0, 8.0), sharex=True)
+    patch = matplotlib("patches").Patch
+    bands = []
     for shape, run in runs.items():
-        hours = run.time.to_value(u.hour)
+        hours = _hours(run)
         orbit = run.elements()
-        style = {**_STYLES[shape], "linewidth": 0.5, "alpha": 0.8}
-        for ax, values in zip(axes, (orbit.e, orbit.a.to_value(u.km), inclination_to_first(run)), strict=True):
-            # The fast oscillation fills a band: draw its edges, orbit by orbit, and the band between them.
-            low, high, middle = _envelope(hours, values, 17.4)
-            ax.fill_between(middle, low, high, color=style["color"], alpha=0.25, linewidth=0)
+        style = SHAPES[shape]
+        # The fast oscillation fills a band: one filled, the other hatched, both with their edges.
+        filled = {"facecolor": style["color"], "alpha": 0.25, "linewidth": 0.0}
+        hatched = {"facecolor": "none", "edgecolor": style["color"], "hatch": "////", "linewidth": 0.0}
+        inside = filled if style is SHAPES["ellipsoid"] else hatched
+        bands.append(patch(**inside, label=style["label"]))
+        width = _ORBITS * paper.KW4[shape].period
+        for ax, values in zip(axes[:2, 0], (orbit.e, orbit.a.to_value(u.km)), strict=True):
+            middle, low, high = windows(hours, np.asarray(values), width)
+            ax.fill_between(middle, low, high, **inside)
             for edge in (low, high):
-                ax.plot(middle, edge, color=style["color"], linestyle=style["linestyle"], linewidth=0.9)
-        axes[0].plot([], [], **_STYLES[shape])
+                ax.plot(middle, edge, linewidth=1.3, color=style["color"], linestyle=style["linestyle"])
+        thinned = run[::16]
+        axes[2, 0].plot(_hours(thinned), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
     for ax, label in zip(
-        axes, ("eccentricity", "semi-major axis [km]", "inclination to\nthe first orbit [deg]"), strict=True
+        axes[:, 0],
+        ("eccentricity (dimensionless)", "semi-major axis [km]", "inclination to the\nfirst orbit's plane [deg]"),
+        strict=True,
     ):
         ax.set_ylabel(label)
         ax.margins(x=0)
-    axes[0].legend(loc="upper right", ncols=2, title="range over each orbit")
-    axes[0].set_ylim(top=0.0205)
-    axes[-1].set_xlabel("time [h]")
-    figure.suptitle("1999 KW4: Beta's osculating orbit about Alpha")
-    return figure
+        grid(ax)
+    for ax in axes[:2, 0]:
+        ax.set_title(f"range over {_ORBITS} orbits", loc="left", fontsize="small")
+        legend(ax, handles=bands)
+    legend(axes[2, 0])
+    axes[2, 0].set_xlabel("time [h]")
+    drawn.suptitle("1999 KW4: Beta's osculating orbit about Alpha")
+    return drawn
 
 
 def beta_spin(runs: dict[str, Run]) -> Any:
     """Beta's angular velocity in its own frame over the first 200 hours."""
     from astropy import units as u
 
-    figure, axes = _figure(3, 6.5)
+    drawn, axes = figure(3, 1, (7.0, 6.5), sharex=True)
+    until = 0.0
     for shape, run in runs.items():
-        hours = run.time.to_value(u.hour)
-        first = hours <= 200.0
+        hours = _hours(run)
+        until = max(until, min(paper.KW4_SPIN_HOURS, float(hours[-1])))
+        # One more, for the line to reach the edge.
+        first = slice(0, int(np.searchsorted(hours, until)) + 1)
         spin = run.spin[first, 1].to_value(u.rad / u.s) * 1e5
-        for ax, component in zip(axes, spin.T, strict=True):
-            ax.plot(hours[first], component, linewidth=1.0, **_STYLES[shape])
-    for ax, (axis, (low, high)) in zip(axes, paper.KW4_SPIN.items(), strict=True):
-        ax.axhspan(low, high, color="0.85", zorder=0, label="range the paper prints (ellipsoids)")
+        for ax, component in zip(axes[:, 0], spin.T, strict=True):
+            ax.plot(hours[first], component, linewidth=1.1, **SHAPES[shape])
+    for ax, (axis, (low, high)) in zip(axes[:, 0], paper.KW4_SPIN.items(), strict=True):
+        ax.axhspan(low, high, color="0.88", zorder=0, linewidth=0, label="range that the paper prints (ellipsoids)")
         ax.set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
-        ax.margins(x=0)
-    axes[0].legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, 1.28), frameon=False)
-    axes[-1].set_xlabel("time [h]")
-    figure.suptitle("1999 KW4: Beta's spin in its own frame")
-    return figure
+    legend(axes[0, 0])
+    axes[2, 0].set_xlim(0.0, until)
+    axes[2, 0].set_xlabel("time [h]")
+    drawn.suptitle("1999 KW4: Beta's spin in its own frame")
+    return drawn
 
 
 def errors(runs: dict[str, Run]) -> Any:
     """Errors of the energy and of the angular momentum: from step to step, as in the paper, and from the start."""
-    from astropy import units as u
-
-    figure, axes = _figure(2, 6.0)
+    drawn, axes = figure(2, 2, (10.0, 7.0), sharex=True)
+    end = max(float(_hours(run)[-1]) for run in runs.values())
+    width = min(_WINDOW, end / 20)
     for shape, run in runs.items():
-        hours = run.time.to_value(u.hour)
-        energy = run.energy.value
-        colour = _STYLES[shape]["color"]
-        step = np.abs(np.diff(energy) / energy[:-1])
-        axes[0].plot(*positive(hours[1:], step), ".", color=colour, alpha=0.3, markersize=1.5, rasterized=True)
-        axes[0].plot(*positive(hours, np.abs(run.energy_drift_orbital)), color=colour, linewidth=0.7)
-    momentum = runs["ellipsoid"].angular_momentum.value
-    hours = runs["ellipsoid"].time.to_value(u.hour)
-    for k, (axis, colour) in enumerate(_AXES.items()):
-        drift = np.abs((momentum[:, k] - momentum[0, k]) / momentum[0, k])
-        axes[1].plot(*positive(hours, drift), color=colour, linewidth=0.8, label=f"$J_{axis}$")
-    axes[0].set_ylabel("relative energy error")
-    axes[0].set_title("dots: step to step; lines: from the start, relative to the orbital energy", fontsize="medium")
-    for shape in runs:
-        axes[0].plot([], [], color=_STYLES[shape]["color"], label=_STYLES[shape]["label"])
-    axes[1].set_ylabel("relative error of the angular\nmomentum, from the start")
-    axes[1].set_title("ellipsoids, by component", fontsize="medium")
-    for ax in axes:
+        hours, energy, style = _hours(run), run.energy.value, SHAPES[shape]
+        axes[0, 0].plot(*largest(hours[1:], np.diff(energy) / energy[:-1], width), linewidth=1.2, **style)
+        for drift, name, thick in (
+            (run.energy_drift_orbital, "of the orbital energy", 2.0),
+            (run.energy_drift, "of the total", 1.0),
+        ):
+            label = f"{style['label']}, {name}"
+            axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
+    run = runs["ellipsoid"]
+    hours, momentum = _hours(run), run.angular_momentum.value
+    step, drift = np.diff(momentum, axis=0) / momentum[:-1], (momentum - momentum[0]) / momentum[0]
+    for k, axis in enumerate("xyz"):
+        axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
+        axes[1, 1].plot(*largest(hours, drift[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
+    for ax, name in zip(axes[0], ("step to step (the paper's)", "from the start"), strict=True):
+        ax.set_title(name, pad=34.0)
+    axes[0, 0].set_ylabel("error of the energy\n(relative)")
+    axes[1, 0].set_ylabel("error of the angular momentum,\nellipsoids (relative, by component)")
+    for ax in axes.flat:
         ax.set_yscale("log")
-        ax.margins(x=0)
-    # Clear of the curves: below the upper panel, and in the lower one's empty corner.
-    axes[0].legend(loc="upper center", ncols=2, bbox_to_anchor=(0.5, -0.02), frameon=False)
-    axes[1].set_ylim(top=2e-11)
-    axes[1].legend(loc="upper left", ncols=3, frameon=False)
-    axes[-1].set_xlabel("time [h]")
-    return figure
-
-
-def positive(hours: Any, values: Any) -> tuple[Any, Any]:
-    """Without zeros, which a logarithmic axis has not."""
-    return hours[values > 0], values[values > 0]
-
-
-def _envelope(hours: Any, values: Any, width: float) -> tuple[Any, Any, Any]:
-    """Smallest and largest value in windows of a width, and the windows' middles."""
-    starts = np.unique(np.searchsorted(hours, np.arange(hours[0], hours[-1], width)))
-    low, high = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
-    ends = np.append(starts[1:], len(hours)) - 1
-    return low, high, 0.5 * (hours[starts] + hours[ends])
+        ax.set_xlim(0.0, end)
+        grid(ax)
+        legend(ax, columns=2 if ax is axes[0, 1] else 3)
+    floor(axes[0, 0], min(abs(run.energy.value[0]) for run in runs.values()))
+    for ax in axes[1]:
+        ax.set_xlabel("time [h]")
+    drawn.align_ylabels()
+    drawn.suptitle(f"1999 KW4: the largest errors in each {width:.3g} h")
+    return drawn

@@ -1,0 +1,69 @@
+"""What the report's figures share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..plots._style import LINES, matplotlib
+
+__all__ = ["SHAPES", "broken", "figure", "floor", "largest", "positive", "power", "windows"]
+
+_Array = npt.NDArray[np.float64]
+
+#: The two shapes of 1999 KW4: blue and red, solid and dotted as in the paper.
+SHAPES: dict[str, dict[str, Any]] = {
+    "ellipsoid": {**LINES[0], "label": "ellipsoids"},
+    "spheroid": {**LINES[4], "linestyle": (0, (1, 1.2)), "label": "spheroids"},
+}
+
+
+def figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, Any]:
+    """A figure that no window shows, and its axes (rows, columns)."""
+    new = matplotlib("figure").Figure(figsize=size, layout="constrained")
+    return new, new.subplots(rows, columns, squeeze=False, **options)
+
+
+def positive(x: _Array, values: _Array) -> tuple[_Array, _Array]:
+    """Without zeros, which a logarithmic axis has not."""
+    return x[values > 0], values[values > 0]
+
+
+def power(values: Any) -> int:
+    """The power of ten of the largest size, for the label of an axis of small numbers."""
+    top = float(np.abs(values).max())
+    return int(np.floor(np.log10(top))) if top > 0 else 0
+
+
+def windows(x: _Array, values: _Array, width: float) -> tuple[_Array, _Array, _Array]:
+    """Middles of windows of a width, and the smallest and the largest value in each."""
+    starts = np.unique(np.searchsorted(x, np.arange(x[0], x[-1], width)))
+    ends = np.append(starts[1:], len(x)) - 1
+    middle = 0.5 * (x[starts] + x[ends])
+    return middle, np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+
+
+def largest(x: _Array, values: _Array, width: float) -> tuple[_Array, _Array]:
+    """Middles of windows of a width, and the largest size in each that is not zero."""
+    middle, _, high = windows(x, np.abs(values), width)
+    return positive(middle, high)
+
+
+def broken(x: _Array, y: _Array, at: float) -> tuple[_Array, _Array]:
+    """A line interrupted where x passes a value."""
+    places = np.flatnonzero((x[:-1] < at) != (x[1:] < at)) + 1
+    return np.insert(x, places, np.nan), np.insert(y, places, np.nan)
+
+
+def floor(ax: Any, energy: float) -> None:
+    """Scale an axis of relative errors of an energy down to the spacing of doubles: no smaller one but zero exists."""
+    spacing = float(np.spacing(abs(energy)) / abs(energy))
+    ax.set_yscale("log")
+    top = max(float(ax.dataLim.y1), spacing)
+    ax.axhspan(spacing / 1e3, spacing, color="0.93", linewidth=0, zorder=0)
+    place = {"xycoords": ax.get_yaxis_transform(), "fontsize": "small", "color": "0.3", "va": "center"}
+    ax.annotate("below the spacing of double-precision numbers: only 0", (0.01, spacing / 2.2), **place)
+    ax.set_ylim(spacing / 4, 4 * top)
+    ax.yaxis.set_minor_formatter(matplotlib("ticker").NullFormatter())
