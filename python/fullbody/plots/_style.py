@@ -89,19 +89,19 @@ def grid(ax: Any) -> None:
 
 def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
     """A legend above the axes, where it covers no data; long dashes stay recognisable."""
-    ax.legend(
-        **kwargs,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-        ncols=columns,
-        frameon=False,
-        fontsize="small",
-        handlelength=2.2,
-        handletextpad=0.5,
-        columnspacing=0.8,
-        borderaxespad=0.1,
-        markerscale=3.0,
-    )
+    style = {
+        "loc": "lower right",
+        "bbox_to_anchor": (1.0, 1.0),
+        "ncols": columns,
+        "frameon": False,
+        "fontsize": "small",
+        "handlelength": 2.2,
+        "handletextpad": 0.5,
+        "columnspacing": 0.8,
+        "borderaxespad": 0.1,
+        "markerscale": 3.0,
+    }
+    ax.legend(**{**style, **kwargs})
 
 
 def steady(ax: Any, scale: float = 0.0) -> None:

@@ -137,7 +137,7 @@ def inclination(results: Results) -> Any:
         ax.set_title(text, loc="left", fontsize="small")
     for ax in axes[:, 0]:
         grid(ax)
-        legend(ax)
+        legend(ax, markerscale=1.0)
         ax.margins(x=0)
     drawn.suptitle("1999 KW4: inclination of the orbit")
     return drawn
