@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from ..integrators import Verner98
 from ..io import netcdf
 from ..plots._style import matplotlib
 from ..reproduce.kw4 import METHODS, SHAPES, Numbers, measure, year
+from ..reproduce.numbers import write_numbers
 from ..run import Run
 
 __all__ = ["register", "table"]
@@ -67,12 +67,10 @@ def run(arguments: argparse.Namespace) -> int:
             runs[shape] = whole
     print(table(numbers, arguments.until))
     for name, figure in figures.all_figures(runs).items():
-        figure.savefig(out / f"{name}.png", dpi=150)
-        figure.savefig(out / f"{name}.pdf")
-    with replacing(out / "numbers.json") as path:
-        path.write_text(
-            json.dumps({s: {m: asdict(n) for m, n in by.items()} for s, by in numbers.items()}, indent=1) + "\n"
-        )
+        for suffix in (".png", ".pdf"):
+            with replacing(out / f"{name}{suffix}") as path:
+                figure.savefig(path, dpi=150)
+    write_numbers(out / "numbers.json", {s: {m: asdict(n) for m, n in by.items()} for s, by in numbers.items()})
     print(f"\nFigures, runs (every {_KEPT}th step) and numbers.json are in {out}/")
     return 0
 

@@ -12,14 +12,24 @@ import numpy.typing as npt
 from .. import paper, systems
 from ..run import Run
 
-__all__ = ["CaseNumbers", "Motion", "angles", "case", "four_times", "late_separation", "measure", "z_motion"]
+__all__ = [
+    "CaseNumbers",
+    "Motion",
+    "angles",
+    "case",
+    "from_coplanar",
+    "growth",
+    "late_separation",
+    "measure",
+    "z_motion",
+]
 
 _Array = npt.NDArray[np.float64]
 
 #: Rotational energy counts as noticeable from this share of the total on.
 NOTICEABLE = 0.05
 #: The size of the paper's motion along z: eleven orders below the orbit's.
-_NOISE = 1e-11
+NOISE = 1e-11
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +43,7 @@ class CaseNumbers:
     z_force, xy_force : float
         Largest components of the force on A.
     turns : tuple
-        Range of phi, theta, psi of A, in turns.
+        Range of phi, theta, psi in turns, the smaller of the two bodies'.
     tilt : float
         Largest of phi and theta of both bodies.
     psi_bend : float
@@ -47,6 +57,8 @@ class CaseNumbers:
         the time between two of them.
     rotational_from : float
         When the rotational energy passes ``NOTICEABLE`` of the total energy.
+    rise : float
+        When a spin first passes a quarter of its later largest.
     rotational_range : tuple
         Smallest and largest rotational energy.
     translational_max : float
@@ -69,6 +81,7 @@ class CaseNumbers:
     transverse: float
     transverse_close: float
     rotational_from: float
+    rise: float
     rotational_range: tuple[float, float]
     translational_max: float
     energy_step: float
@@ -116,18 +129,20 @@ def measure(run: Run, seconds: float = 0.0) -> CaseNumbers:
     rotational = run.rotational_energy
     noticeable = rotational - rotational[0] > NOTICEABLE * abs(run.energy[0])
     momentum = run.angular_momentum
+    transverse = np.abs(run.spin[..., :2]).max(axis=(1, 2))
     return CaseNumbers(
         z_max=float(place[..., 2].max()),
         xy_max=float(place[..., :2].max()),
         z_force=float(force[:, 2].max()),
         xy_force=float(force[:, :2].max()),
-        turns=tuple(float(x) for x in np.ptp(turned[:, 0], axis=0) / (2 * np.pi)),
+        turns=tuple(float(x) for x in np.ptp(turned, axis=0).min(axis=0) / (2 * np.pi)),
         tilt=float(np.abs(turned[..., :2]).max()),
         psi_bend=float(np.abs(psi - line(run.time)).max()),
         spin_z_change=float(np.abs(run.spin[..., 2] - run.spin[0, :, 2]).max()),
-        transverse=float(np.abs(run.spin[..., :2]).max()),
+        transverse=float(transverse.max()),
         transverse_close=_near_approaches(run),
         rotational_from=float(run.time[np.argmax(noticeable)]) if noticeable.any() else float("nan"),
+        rise=float(run.time[np.argmax(transverse > 0.25 * transverse.max())]),
         rotational_range=(float(rotational.min()), float(rotational.max())),
         translational_max=float(run.translational_energy.max()),
         energy_step=float(np.abs(np.diff(run.energy) / run.energy[:-1]).max()),
@@ -152,41 +167,50 @@ def _near_approaches(run: Run) -> float:
     return float(np.mean(np.abs(largest[:, None] - run.time[inner]).min(axis=1) < period / 4))
 
 
-def four_times() -> float:
-    """Growth of case 2's transverse spin when theta_0 is pi/8 in place of pi/32."""
-    small, large = (np.abs(case(2, theta)[0].spin[..., :2]).max() for theta in (np.pi / 32, np.pi / 8))
+def growth(theta_0: float) -> float:
+    """Growth of case 2's transverse spin when it starts with this tilt in place of pi/32."""
+    small, large = (np.abs(case(2, theta)[0].spin[..., :2]).max() for theta in (np.pi / 32, theta_0))
     return float(large / small)
+
+
+def from_coplanar() -> float:
+    """Largest distance of case 2's A from its place when nothing is tilted, relative to that from the origin."""
+    runs = [systems.case2(theta) for theta in (np.pi / 32, 0.0)]
+    places = [system.integrate(state, paper.CASES_END, output=0.5).position[:, 0] for system, state in runs]
+    return float(np.linalg.norm(places[0] - places[1], axis=1).max() / np.linalg.norm(places[1], axis=1).max())
 
 
 def late_separation(run: Run) -> tuple[tuple[float, float], tuple[float, float]]:
     """Range of case 1's separation until t = 200 and in the last 200 of a run to t = 2200."""
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
-    first, last = run.time <= paper.CASES_END, run.time >= run.time[-1] - paper.CASES_END
-    return tuple((float(distance[m].min()), float(distance[m].max())) for m in (first, last))  # type: ignore[return-value]
+    first, last = distance[run.time <= paper.CASES_END], distance[run.time >= run.time[-1] - paper.CASES_END]
+    return (float(first.min()), float(first.max())), (float(last.min()), float(last.max()))
 
 
-def z_motion(until: float = paper.CASES_LATE) -> dict[str, Motion]:
-    """Case 1's motion along z by kind of arithmetic.
+def z_motion(until: float = paper.CASES_LATE) -> tuple[dict[str, Motion], Run]:
+    """Case 1's motion along z by kind of arithmetic, and the run by the default integrator.
 
     ``"double"`` is SciPy's DOP853 in plain double precision; ``"symmetric"`` the same with the rates made exactly
-    symmetric under the half turn about z that swaps the bodies; ``"compensated"`` the default integrator here, whose
-    sums carry their round-off along; ``"seeded"`` that integrator with A and B moved apart along z by the size of the
-    motion that the paper shows.
+    symmetric under the half turn about z that swaps the bodies, so that z stays zero by construction;
+    ``"compensated"`` the default integrator here, whose sums carry their round-off along; ``"seeded"`` that integrator
+    with A and B moved apart along z by the size of the motion that the paper shows.
     """
     system, state = systems.case1()
     curves = {}
-    for name, seed in (("compensated", 0.0), ("seeded", _NOISE)):
+    for name, seed in (("compensated", 0.0), ("seeded", NOISE)):
         start = state.replace(position=np.add(state.position, [[0, 0, seed], [0, 0, -seed]]))
         run = system.integrate(start, until, output=1.0)
         curves[name] = _windows(run.time, run.position[:, 0, 2])
+        if seed == 0.0:
+            unseeded = run
     for name in ("double", "symmetric"):
         curves[name] = _windows(*_dop853(system, state, until, name == "symmetric"))
-    return curves
+    return curves, unseeded
 
 
-def _windows(time: _Array, z: _Array, width: float = 25.0) -> Motion:
-    starts = np.unique(np.searchsorted(time, np.arange(time[0], time[-1], width)))
-    return Motion(time[starts] + 0.5 * width, np.maximum.reduceat(np.abs(z), starts))
+def _windows(times: _Array, z: _Array, width: float = 25.0) -> Motion:
+    starts = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], width)))
+    return Motion(times[starts] + 0.5 * width, np.maximum.reduceat(np.abs(z), starts))
 
 
 def _dop853(system: Any, state: Any, until: float, symmetric: bool) -> tuple[_Array, _Array]:

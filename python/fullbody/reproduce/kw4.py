@@ -13,7 +13,18 @@ from .. import paper, systems
 from ..integrators import Integrator, Verner98
 from ..run import Run
 
-__all__ = ["METHODS", "SHAPES", "Numbers", "between_maxima", "inclination_to_first", "measure", "slow_maxima", "year"]
+__all__ = [
+    "METHODS",
+    "SHAPES",
+    "Numbers",
+    "between_maxima",
+    "inclination_to_first",
+    "measure",
+    "slow_maxima",
+    "spin_range",
+    "with_printed_axes",
+    "year",
+]
 
 _Array = npt.NDArray[np.float64]
 
@@ -73,8 +84,7 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
     elements = run.elements()
     a = elements.a.to_value(u.km)
     hours = run.time.to_value(u.hour)
-    spin = run.spin[hours <= paper.KW4_SPIN_HOURS, 1].to_value(u.rad / u.s) * 1e5
-    ranges = [(float(component.min()), float(component.max())) for component in spin.T]
+    ranges = [(float(low), float(high)) for low, high in spin_range(run.system, run[0])]
     energy = run.energy.value
     momentum = run.angular_momentum.value
     tops = slow_maxima(hours, np.asarray(elements.i.to_value(u.deg)))
@@ -99,6 +109,26 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
         evaluations=run.statistics.evaluations,
         cpu_seconds=seconds,
     )
+
+
+def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> _Array:
+    """Range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
+    run = system.integrate(state, paper.KW4_SPIN_HOURS, output=spacing, integrator=integrator)
+    spin = run._record["spin"][:, 1] * (1e5 / 3600.0)
+    return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
+
+
+def with_printed_axes(shape: Literal["ellipsoid", "spheroid"]) -> Numbers:
+    """A year from the semi-axes as Table 2 prints them, by the focal rule."""
+    from ..bodies import Body, Ellipsoid
+    from ..system import System
+
+    system, state = systems.kw4_ho2021(shape, units=True)
+    bodies = [
+        Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=body.mass, name=body.name)
+        for body, (a, b, c) in zip(system.bodies, paper.KW4_AXES, strict=True)
+    ]
+    return measure(System(bodies, G=system.G, units=system.units).integrate(state, paper.KW4_YEAR))
 
 
 def _mean(hours: _Array, values: Any) -> float:

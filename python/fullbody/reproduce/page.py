@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +11,10 @@ from typing import Any
 from .. import paper
 from .._files import replacing
 from .._units import need
+from ..errors import InvalidInput
 from .captions import CAPTIONS
+from .facts import facts
+from .numbers import write_numbers
 from .results import Results, as_numbers, compute, counts
 from .verdicts import Verdict
 
@@ -70,7 +72,15 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
         with need(extra, "the report"):
             import_module(module)
     folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise InvalidInput(f"out is {str(out)!r}, a file; expected a folder")
     (folder / "figures").mkdir(parents=True, exist_ok=True)
+    numbers, page = folder / "numbers.json", folder / "report.html"
+    # Written last, so that whoever finds it finds the rest; and what cannot be written is known before the work.
+    numbers.unlink(missing_ok=True)
+    with replacing(folder / "figures" / "probe") as temporary:
+        temporary.touch()
+    (folder / "figures" / "probe").unlink()
     results = compute(draft=draft, progress=progress)
     drawn = {
         **case_figures.all_figures(results),
@@ -84,12 +94,9 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
             with replacing(path) as temporary:
                 figure.savefig(temporary, dpi=130)
             written.append(path)
-    numbers, page = folder / "numbers.json", folder / "report.html"
     with replacing(page) as temporary:
         temporary.write_text(render(results, folder / "figures"), encoding="utf-8")
-    # Last: whoever finds it finds the rest.
-    with replacing(numbers) as temporary:
-        temporary.write_text(json.dumps(as_numbers(results), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_numbers(numbers, as_numbers(results))
     return Report(page, numbers, tuple(written), tuple(results.verdicts))
 
 
@@ -111,12 +118,14 @@ def render(results: Results, figures: Path) -> str:
         lstrip_blocks=True,
     )
     environment.filters["e"] = lambda value: f"{value:.1e}"
+    environment.filters["fixed"] = lambda value, digits: "-" if value != value else f"{value:.{digits}f}"
     template = environment.get_template("report.html")
     return template.render(
         r=results,
         paper=paper,
         picture=picture,
         captions=CAPTIONS,
+        n=facts(results),
         counts=dict(counts(results.verdicts)),
         version=__version__,
     )

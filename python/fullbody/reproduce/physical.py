@@ -12,11 +12,14 @@ from .. import systems
 from ..elements import KeplerElements
 from ..run import Run
 from ..state import State
+from . import starts
 
-__all__ = ["HOURS", "Motion", "motions", "states"]
+__all__ = ["FLAT", "HOURS", "PAPER", "Motion", "motions", "states"]
 
 _Array = npt.NDArray[np.float64]
 
+#: The paper's start, and the same with its orbit in the plane of Beta's equator.
+PAPER, FLAT = "the paper's", "the paper's, i = 180 deg"
 #: How long the states are watched: some 115 revolutions.
 HOURS = 2000.0
 #: Eccentricity and libration that the excited state starts with.
@@ -59,7 +62,12 @@ def states() -> dict[str, tuple[str, Any, State]]:
     system, nominal = systems.kw4()
     paper_system, paper_state = systems.kw4_ho2021()
     return {
-        "the paper's": ("retrograde to both spins, Beta's axes along the inertial ones", paper_system, paper_state),
+        PAPER: ("retrograde to both spins, Beta's axes along the inertial ones", paper_system, paper_state),
+        FLAT: (
+            "the same, the orbit turned into the plane of Beta's equator",
+            paper_system,
+            starts.start(paper_state, paper_system.mu(), i=180.0),
+        ),
         "relaxed": (
             "circular orbit in Alpha's equator, Beta aligned and turning with it",
             system,

@@ -12,11 +12,21 @@ import numpy.typing as npt
 
 from .. import paper, systems
 from ..integrators import SymplecticSplitting, Verner98
-from ..run import Run
 from ..state import State
 from . import kw4
 
-__all__ = ["SCANS", "Agreement", "Scan", "Search", "agreement", "nodal_period", "scan", "search", "spin_range"]
+__all__ = [
+    "SCANS",
+    "Agreement",
+    "Minimum",
+    "Scan",
+    "Search",
+    "agreement",
+    "nodal_period",
+    "scan",
+    "search",
+    "year_from",
+]
 
 _Array = npt.NDArray[np.float64]
 
@@ -24,7 +34,6 @@ _Array = npt.NDArray[np.float64]
 PRINTED = np.array([paper.KW4_SPIN[axis] for axis in "xyz"])
 #: Scans and the search need four digits only.
 _COARSE = Verner98(1e-10, 1e-10)
-_PER_SECOND = 1e5 / 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +42,19 @@ class Scan:
 
     Attributes
     ----------
-    name : str
+    name, unit : str
+        Of the family's parameter.
+    start : float
+        The parameter of the paper's start.
     values : ndarray, (K,)
-        The family's parameter, degrees.
+        Of the parameter, closer together where the printed ranges are nearest.
     ranges : ndarray, (K, 3, 2)
         Smallest and largest component, 1e-5 rad/s.
     """
 
     name: str
+    unit: str
+    start: float
     values: _Array
     ranges: _Array
 
@@ -57,27 +71,48 @@ class Scan:
 
 
 @dataclass(frozen=True, slots=True)
+class Minimum:
+    """An orientation of Beta that no small turn improves.
+
+    Attributes
+    ----------
+    origin : str
+        What it was refined from.
+    angles : tuple
+        The paper's phi, theta, psi, degrees.
+    turn, off_normal : float
+        Angle of the rotation from the paper's start, and of its axis from the orbit's normal, degrees.
+    ranges : ndarray, (3, 2)
+    misfit : float
+        Largest difference from the printed numbers, 1e-5 rad/s.
+    """
+
+    origin: str
+    angles: tuple[float, float, float]
+    turn: float
+    off_normal: float
+    ranges: _Array
+    misfit: float
+
+    @property
+    def equal(self) -> bool:
+        """Whether all six round to the printed digits."""
+        return bool(np.all(np.round(self.ranges, 2) == PRINTED))
+
+
+@dataclass(frozen=True, slots=True)
 class Search:
-    """The orientation of Beta whose spin comes nearest to the printed ranges.
+    """The orientations of Beta whose spin comes nearest to the printed ranges, the best first.
 
     Attributes
     ----------
     tried : int
         Orientations spread evenly over all there are, before the best were refined.
-    within : int
-        How many of them came within 0.1e-5 rad/s unrefined.
-    angles : tuple
-        The paper's phi, theta, psi, degrees.
-    ranges : ndarray, (3, 2)
-    misfit : float
-        1e-5 rad/s.
+    minima : list of Minimum
     """
 
     tried: int
-    within: int
-    angles: tuple[float, float, float]
-    ranges: _Array
-    misfit: float
+    minima: list[Minimum]
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,14 +143,8 @@ def start(state: State, mu: float, attitude: Any = None, spin: float | None = No
     return state.replace(**changes)
 
 
-def spin_range(run: Run) -> _Array:
-    """Range of Beta's spin over the first 200 h of a run in hours, 1e-5 rad/s (3, 2)."""
-    spin = run.spin[run.time <= paper.KW4_SPIN_HOURS, 1] * _PER_SECOND
-    return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
-
-
-def _range_of(system: Any, state: State) -> _Array:
-    return spin_range(system.integrate(state, paper.KW4_SPIN_HOURS, output=0.1, integrator=_COARSE))
+def _range_of(system: Any, state: State, spacing: float = 0.1) -> _Array:
+    return kw4.spin_range(system, state, _COARSE, spacing)
 
 
 def _normal(state: State) -> _Array:
@@ -124,14 +153,27 @@ def _normal(state: State) -> _Array:
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-#: Families of starts: name, and what makes the start from the paper's, mu and an angle in degrees.
-SCANS: dict[str, Callable[[State, float, float], State]] = {
-    "mean anomaly of Beta": lambda state, mu, x: start(state, mu, M=x),
-    "Beta turned about the orbit's normal": lambda state, mu, x: start(
-        state, mu, _rotation().from_rotvec(np.deg2rad(x) * _normal(state))
+#: Families of starts: unit of the parameter, its value and its range about that, and what makes the start from the
+#: paper's, mu and the parameter.
+SCANS: dict[str, tuple[str, float, float, Callable[[State, float, float], State]]] = {
+    "mean anomaly": ("deg", 0.0, 90.0, lambda state, mu, x: start(state, mu, M=x)),
+    "turn about the orbit's normal": (
+        "deg",
+        0.0,
+        90.0,
+        lambda state, mu, x: start(state, mu, _rotation().from_rotvec(np.deg2rad(x) * _normal(state))),
     ),
-    "Beta turned about its own pole (psi)": lambda state, mu, x: start(
-        state, mu, _rotation().from_euler("z", x, degrees=True)
+    "turn about Beta's pole": (
+        "deg",
+        0.0,
+        90.0,
+        lambda state, mu, x: start(state, mu, _rotation().from_euler("z", x, degrees=True)),
+    ),
+    "Beta's rate of spin": (
+        "rad/h",
+        systems.ho2021.KW4_SPINS[1],
+        0.05,
+        lambda state, mu, x: start(state, mu, spin=x),
     ),
 }
 
@@ -142,71 +184,106 @@ def _rotation() -> Any:
     return Rotation
 
 
-def scan(name: str, values: _Array) -> Scan:
-    """Beta's spin along one of the families in ``SCANS``."""
+def scan(name: str, steps: int = 18) -> Scan:
+    """Beta's spin along one of the families in ``SCANS``: ``steps`` to either side, then finer about the best."""
     system, state = systems.kw4_ho2021()
     mu = system.mu()
-    # Integration leaves Python's lock alone, so threads share the work.
-    with ThreadPoolExecutor() as pool:
-        ranges = list(pool.map(lambda x: _range_of(system, SCANS[name](state, mu, x)), values))
-    return Scan(name, values, np.array(ranges))
+    unit, middle, reach, make = SCANS[name]
+
+    def ranges(values: Any) -> _Array:
+        # Integration leaves Python's lock alone, so threads share the work.
+        with ThreadPoolExecutor() as pool:
+            return np.array(list(pool.map(lambda x: _range_of(system, make(state, mu, x), 0.05), values)))
+
+    step = reach / steps
+    values: _Array = middle + step * np.arange(-steps, steps + 1, dtype=np.float64)
+    found = Scan(name, unit, middle, values, ranges(values))
+    for _ in range(2):
+        step /= 5
+        near = found.best[0] + step * np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+        values = np.concatenate([found.values, near])
+        both, order = np.concatenate([found.ranges, ranges(near)]), np.argsort(values)
+        found = Scan(name, unit, middle, np.asarray(values[order], dtype=np.float64), both[order])
+    return found
 
 
-def search(tried: int = 1024, refined: int = 4) -> Search:
-    """Look over all orientations of Beta, its spin along its own z-axis as stated, for the printed ranges."""
-    from scipy.optimize import minimize
+def search(scans: list[Scan], tried: int = 512, refined: int = 8) -> Search:
+    """Look over all orientations of Beta, its spin along its own z-axis as stated, for the printed ranges.
+
+    The best ``refined`` of ``tried`` evenly spread ones, and the best of each scan that turns Beta, are refined.
+    """
+    from scipy.optimize import least_squares, minimize
     from scipy.stats import qmc
 
     rotation = _rotation()
     system, state = systems.kw4_ho2021()
     mu = system.mu()
 
-    def ranges(attitude: Any) -> _Array:
-        return _range_of(system, start(state, mu, attitude))
+    def ranges(attitude: Any, spacing: float = 0.1) -> _Array:
+        return _range_of(system, start(state, mu, attitude), spacing)
 
-    # Shoemake's uniform quaternions from evenly spread points; the turn about the normal is one of the candidates.
-    a, b, c = qmc.Sobol(3, rng=1).random(tried).T
-    quaternions = np.stack(
-        [np.sqrt(1 - a) * f(2 * np.pi * b) for f in (np.sin, np.cos)]
-        + [np.sqrt(a) * f(2 * np.pi * c) for f in (np.sin, np.cos)],
-        axis=1,
-    )
+    # Shoemake's uniform quaternions from evenly spread points.
+    a, b, c = 2 * np.pi * qmc.Sobol(3, rng=1).random(tried).T
+    low, high = np.sqrt(1 - a / (2 * np.pi)), np.sqrt(a / (2 * np.pi))
+    quaternions = np.stack([low * np.sin(b), low * np.cos(b), high * np.sin(c), high * np.cos(c)], axis=1)
     everywhere = [rotation.from_quat(q) for q in quaternions]
     with ThreadPoolExecutor() as pool:
         misfits = np.array(list(pool.map(lambda q: np.abs(ranges(q) - PRINTED).max(), everywhere)))
-    turned = rotation.from_rotvec(np.deg2rad(-20.0) * _normal(state))
-    candidates = [turned, *(everywhere[k] for k in np.argsort(misfits)[:refined])]
+    candidates = [("evenly spread", everywhere[k]) for k in np.argsort(misfits)[:refined]]
+    for found in scans:
+        if "turn" in found.name:
+            turned = SCANS[found.name][3](state, mu, found.best[0]).attitude[1]
+            candidates.append((f"scan: {found.name}", rotation.from_quat(turned, scalar_first=True)))
 
-    def refine(first: Any) -> Any:
-        simplex = np.vstack([np.zeros(3), 0.1 * np.eye(3)])
-        found = minimize(
-            lambda d: float(np.sum((ranges(rotation.from_rotvec(d) * first) - PRINTED) ** 2)),
-            np.zeros(3),
-            method="Nelder-Mead",
-            options={"initial_simplex": simplex, "maxfev": 160, "xatol": 1e-4, "fatol": 1e-9},
+    def refine(candidate: tuple[str, Any]) -> Minimum:
+        origin, attitude = candidate
+
+        def misses(d: Any, of: Any) -> _Array:
+            return np.asarray((ranges(rotation.from_rotvec(d) * of, 0.05) - PRINTED).ravel())
+
+        # The extremes change place, so that the misfit has kinks: Gauss-Newton first, a simplex after it.
+        slid = least_squares(misses, np.zeros(3), args=(attitude,), diff_step=1e-3, x_scale=0.1, max_nfev=20)
+        attitude = rotation.from_rotvec(slid.x) * attitude
+        simplex = np.vstack([np.zeros(3), 0.05 * np.eye(3)])
+        options = {"initial_simplex": simplex, "maxfev": 150, "xatol": 1e-4, "fatol": 1e-6}
+        settled = minimize(
+            lambda d: float(np.sum(misses(d, attitude) ** 2)), np.zeros(3), method="Nelder-Mead", options=options
         )
-        return rotation.from_rotvec(found.x) * first
+        return _minimum(origin, rotation.from_rotvec(settled.x) * attitude)
+
+    def _minimum(origin: str, attitude: Any) -> Minimum:
+        psi, theta, phi = (float(x) for x in attitude.as_euler("ZYX", degrees=True))
+        spin = ranges(attitude, 0.02)
+        turn = attitude.as_rotvec()
+        size = float(np.linalg.norm(turn))
+        off = float(np.rad2deg(np.arccos(np.clip(abs(turn @ _normal(state)) / size, 0.0, 1.0))))
+        misfit = float(np.abs(spin - PRINTED).max())
+        return Minimum(origin, (phi, theta, psi), float(np.rad2deg(size)), off, spin, misfit)
 
     with ThreadPoolExecutor() as pool:
-        finished = list(pool.map(refine, candidates))
-    results = [ranges(q) for q in finished]
-    k = int(np.argmin([np.abs(r - PRINTED).max() for r in results]))
-    psi, theta, phi = finished[k].as_euler("ZYX", degrees=True)
-    misfit = float(np.abs(results[k] - PRINTED).max())
-    angles = (float(phi), float(theta), float(psi))
-    return Search(tried, int(np.sum(misfits < 0.1)), angles, results[k], misfit)
+        minima = sorted(pool.map(refine, candidates), key=lambda minimum: minimum.misfit)
+    return Search(tried, minima)
 
 
-def year_from(angles: tuple[float, float, float], shape: Any = "ellipsoid") -> kw4.Numbers:
-    """The year's numbers when Beta starts at other phi, theta, psi, degrees."""
-    system, state = systems.kw4_ho2021(shape, units=True)
-    beta = _rotation().from_euler("ZYX", angles[::-1], degrees=True).as_quat(scalar_first=True)
-    moved = state.replace(attitude=[state.attitude[0], beta])
+def year_from(angles: tuple[float, float, float] | None = None, anomaly: float | None = None) -> kw4.Numbers:
+    """The ellipsoids' year when Beta starts at other phi, theta, psi, or at another mean anomaly; degrees."""
+    system, state = systems.kw4_ho2021(units=True)
+    plain, first = systems.kw4_ho2021()
+    turned = None if angles is None else _rotation().from_euler("ZYX", angles[::-1], degrees=True)
+    moved = start(first, plain.mu(), turned, **({} if anomaly is None else {"M": anomaly}))
+    moved = state.replace(
+        attitude=moved.attitude,
+        position=moved.position * state.position.unit,
+        velocity=moved.velocity * state.velocity.unit,
+    )
     return kw4.measure(system.integrate(moved, paper.KW4_YEAR, integrator=Verner98(1e-12, 1e-12)))
 
 
 def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
-    """Both quantities by two methods of gravity, two kinds of integrator and two charts of the attitudes."""
+    """Both quantities by two methods of gravity, two kinds of integrator and two charts of the attitudes.
+
+    Ctrl-C takes effect when the runs under way have ended.
+    """
     ways = [
         (gravity, *way)
         for gravity in kw4.METHODS
@@ -220,9 +297,12 @@ def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
     def compute(way: tuple[str, str, Any, Any]) -> Agreement:
         gravity, name, integrator, chart = way
         system, state = systems.kw4_ho2021(gravity=gravity, attitude_chart=chart)
-        run = system.integrate(state, until, output=0.1, integrator=integrator)
-        period = kw4.between_maxima(run.time, kw4.inclination_to_first(run))
-        return Agreement(gravity, name, chart, spin_range(run), period)
+        ranges = kw4.spin_range(system, state, integrator)
+        period = float("nan")
+        if until > paper.KW4_SPIN_HOURS:
+            run = system.integrate(state, until, output=1.0, integrator=integrator)
+            period = kw4.between_maxima(run.time, kw4.inclination_to_first(run))
+        return Agreement(gravity, name, chart, ranges, period)
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(compute, ways))

@@ -22,7 +22,7 @@ _KW4_UNITS = ("km", "hour", "kg")
 _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
 _KW4_POLE_TILT = 3.2
-_KW4_SPINS = (2.2728, 0.3611)
+KW4_SPINS = (2.2728, 0.3611)
 KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
 KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
 
@@ -91,7 +91,7 @@ def kw4_ho2021(
         position=[[0.0, 0.0, 0.0], position],
         velocity=[[0.0, 0.0, 0.0], velocity],
         angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, spin] for spin in _KW4_SPINS],
+        spin=[[0.0, 0.0, spin] for spin in KW4_SPINS],
     )
 
 
@@ -143,7 +143,7 @@ def kw4(
         position=share * position,
         velocity=share * velocity,
         angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, _KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
+        spin=[[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
     )
 
 

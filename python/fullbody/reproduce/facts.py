@@ -1,0 +1,136 @@
+"""What the report says in words, as numbers: derived from the results, for the verdicts and for the page."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import paper, systems
+
+if TYPE_CHECKING:
+    from .results import Results
+
+__all__ = ["Facts", "Nodal", "facts"]
+
+#: Six ways count as agreeing when their spins differ by less than this, 1e-5 rad/s, and their periods by an hour.
+_ALIKE = 1e-6
+#: G with which Kepler's third law makes the printed mean periods, over the run's.
+_ROUNDED_G = 6.674 / 6.67408
+
+
+@dataclass(frozen=True, slots=True)
+class Nodal:
+    """How one shape's nodal period depends on the orbit's inclination.
+
+    Attributes
+    ----------
+    stated : float
+        At the stated inclination, hours.
+    least : float
+        The least of the retrograde orbits scanned, hours.
+    prograde : float
+        The prograde inclination that has the printed period, degrees; NaN where none of those scanned has.
+    """
+
+    stated: float
+    least: float
+    prograde: float
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """Derived numbers.
+
+    Attributes
+    ----------
+    ways, ways_agree : int, bool
+        How many ways to compute the quantities in question, and whether they agree.
+    ways_ran : bool
+        Whether they ran for the whole year.
+    z_orders : float
+        Orders of magnitude by which case 1's motion along z grows from t = 100 to the end.
+    seeded_at : float
+        When the seeded motion along z passes 0.03; NaN where it does not.
+    reached : float
+        The end of those runs.
+    mean_motion : float
+        Of the stated orbit, degrees an hour.
+    rotation, revolution : float
+        Beta's period of rotation and of its orbit at the start, hours.
+    sine : float
+        Growth of sin 2 theta from pi/32 to pi/8.
+    rounded_g : dict
+        Mean period by shape with G = 6.674e-11, hours.
+    energy_ratio : float
+        Total over orbital energy of 1999 KW4.
+    retrograde : float
+        Between Alpha's pole and the orbit's normal in the paper's start, degrees.
+    nodal : dict
+        By shape.
+    scanned : str
+        Inclinations scanned.
+    """
+
+    ways: int
+    ways_agree: bool
+    ways_ran: bool
+    z_orders: float
+    seeded_at: float
+    reached: float
+    mean_motion: float
+    rotation: float
+    revolution: float
+    sine: float
+    rounded_g: dict[str, float]
+    energy_ratio: float
+    retrograde: float
+    nodal: dict[str, Nodal]
+    scanned: str
+
+
+def facts(results: Results) -> Facts:
+    """Derive them."""
+    ranges = np.array([way.ranges for way in results.agreement])
+    periods = np.array([way.inclination_period for way in results.agreement])
+    ran = bool(np.isfinite(periods).all())
+    alike = bool(np.ptp(ranges, axis=0).max() < _ALIKE) and (not ran or bool(np.ptp(periods) < 1.0))
+    grown, seeded = results.z_motion["compensated"], results.z_motion["seeded"]
+    passed = seeded.z > 0.03
+    system, state = systems.kw4_ho2021()
+    motion = math.sqrt(system.mu() / systems.ho2021.KW4_ORBIT["a"] ** 3)
+    energy = system.energy(state)
+    slopes = results.nodal["ellipsoid"][0]
+    sides = [side for side in (slopes[slopes < 90], slopes[slopes > 90]) if len(side)]
+    return Facts(
+        ways=len(results.agreement),
+        ways_agree=alike,
+        ways_ran=ran,
+        z_orders=float(np.log10(grown.z[-4:].max() / grown.z[(grown.time > 75) & (grown.time < 125)].max())),
+        seeded_at=float(seeded.time[np.argmax(passed)]) if passed.any() else float("nan"),
+        reached=float(grown.time[-1] + 12.5),
+        mean_motion=math.degrees(motion),
+        rotation=2 * math.pi / systems.ho2021.KW4_SPINS[1],
+        revolution=2 * math.pi / motion,
+        sine=math.sin(math.pi / 4) / math.sin(math.pi / 16),
+        rounded_g={shape: numbers.period / math.sqrt(_ROUNDED_G) for shape, numbers in results.year.items()},
+        energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
+        retrograde=results.physical[0].pole[1],
+        nodal={shape: _nodal(results.nodal[shape], paper.KW4[shape].inclination_period) for shape in results.nodal},
+        scanned=" and ".join(
+            f"{side.min():.0f} to {side.max():.0f}" if len(side) > 1 else f"{side[0]:.0f}" for side in sides
+        ),
+    )
+
+
+def _nodal(by_slope: Any, printed: float) -> Nodal:
+    slopes, periods = by_slope
+    retrograde, prograde = slopes > 90, slopes < 90
+    stated = float(np.interp(systems.ho2021.KW4_SKY["i"], slopes[retrograde], periods[retrograde]))
+    crossing = float("nan")
+    if prograde.any() and periods[prograde].min() <= printed <= periods[prograde].max():
+        # The period grows with the inclination there.
+        crossing = float(np.interp(printed, periods[prograde], slopes[prograde]))
+    return Nodal(stated, float(periods[retrograde].min()), crossing)
