@@ -8,30 +8,39 @@ __all__ = ["CAPTIONS"]
 CAPTIONS = {
     "case1": (
         "As the paper's Fig. 2: (a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins in the body "
-        "frames. The sign of an angle's sine depends on the branch; z is round-off."
+        "frames. z is round-off."
     ),
     "case1_force": "As Fig. 3: the force on A along z.",
-    "case1_energy": "As Fig. 4: energies; relative error of the energy; error of the angular momentum.",
-    "case2": "As Fig. 5. psi and the constant spin about z are left out, as in the paper.",
-    "case2_energy": "As Fig. 6.",
+    "case1_energy": (
+        "As Fig. 4: energies; relative error of the energy, step to step and from the start; error of the angular "
+        "momentum."
+    ),
+    "case2": (
+        "As Fig. 5, with the first 20 units of time of (c) and (d) at large. psi and the constant spin about z are "
+        "left out, as in the paper."
+    ),
+    "case2_energy": (
+        "As Fig. 6. The energy is constant to the last digit or two of double precision; most of it is in the "
+        "spins, so the error is also given relative to the orbit's part."
+    ),
     "elements": (
         "As Fig. 7: eccentricity, semi-major axis, inclination to the first orbit's plane; bands are the "
-        "range over each orbit."
+        "range over five orbits."
     ),
     "beta_spin": "As Fig. 8: Beta's spin over 200 h; grey: the ranges that the paper prints for ellipsoids.",
     "errors": (
-        "As Fig. 9, with the errors from the start beside those from step to step. Alpha's spin holds 26 "
-        "times the energy of the orbit, so the error is also given relative to the orbit's part."
+        "Left: as Fig. 9, the largest errors from step to step. Right: from the start; most of the energy is in "
+        "Alpha's spin, so the error is also given relative to the orbit's part."
     ),
     "spin_starts": (
         "Range of Beta's spin in the first 200 h by start: Beta farther along its orbit, turned about the "
-        "orbit's normal, turned about its own pole."
+        "orbit's normal, turned about its own pole, spinning faster or slower."
     ),
     "inclination": (
         "Top: inclination to the first orbit's plane. Middle: inclination to the xy-plane. Bottom: how long "
         "the orbit's node takes round the total angular momentum, by the inclination that the orbit starts "
-        "with."
+        "with; prograde left, retrograde right."
     ),
     "z_motion": "Case 1's motion along z by kind of arithmetic.",
-    "physical": "The paper's start, retrograde to both spins, beside three prograde ones.",
+    "physical": "The paper's start, retrograde to both spins, and the same in Beta's equator, beside prograde ones.",
 }

@@ -41,7 +41,7 @@ def z_motion(results: Results) -> Any:
     drawn, axes = figure(1, 1, (7.0, 4.6))
     ax = axes[0, 0]
     labels = {
-        "seeded": f"default integrator, started with z = {cases._NOISE:.0e}",
+        "seeded": f"default integrator, started with z = {cases.NOISE:.0e}",
         "double": "DOP853, plain doubles",
         "compensated": "default integrator, compensated sums",
         "symmetric": "DOP853, exactly symmetric rates",
@@ -64,8 +64,9 @@ def z_motion(results: Results) -> Any:
     # Room for the two notes.
     ax.set_ylim(lowest / 1e3, 1e3 * order)
     ax.set_xlabel("time (dimensionless)")
-    ax.set_ylabel("|z| of A, largest in 25 (dimensionless)")
+    ax.set_ylabel("|z| of A (dimensionless),\nlargest in 25 units of time")
     ax.margins(x=0)
+    ax.set_xlim(left=0.0)
     grid(ax)
     drawn.legend(loc="outside lower center", fontsize="small", frameon=False, handlelength=3.0)
     drawn.suptitle("Case 1: the motion along z is round-off that an instability makes grow")
@@ -77,7 +78,6 @@ def spin_starts(results: Results) -> Any:
     columns = len(results.scans)
     drawn, axes = figure(4, columns, (0.5 + 3.1 * columns, 9.5), sharex="col", sharey="row")
     for column, scan in enumerate(results.scans):
-        unit = getattr(scan, "unit", "deg")
         for row, (axis, printed) in enumerate(paper.KW4_SPIN.items()):
             ax = axes[row, column]
             low, high = scan.ranges[:, row].T
@@ -89,16 +89,16 @@ def spin_starts(results: Results) -> Any:
         ax = axes[3, column]
         ax.plot(scan.values, scan.misfit, linewidth=1.2, **LINES[0])
         ax.set_yscale("log")
-        if unit == "deg":
+        if scan.unit == "deg":
             ax.xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(45))
-        ax.set_xlabel(fill(f"{scan.name} [{unit}]", 30), fontsize="small")
+        ax.set_xlabel(fill(f"{scan.name} [{scan.unit}]", 40), fontsize="small")
         for ax in axes[:, column]:
             grid(ax)
             ax.margins(x=0)
-            ax.axvline(getattr(scan, "start", 0.0), color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
+            ax.axvline(scan.start, color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
     axes[3, 0].set_ylabel("largest difference from\nthe printed [$10^{-5}$ rad/s]")
     drawn.suptitle(
-        f"Beta's spin by start. Bands: range over {paper.KW4_SPIN_HOURS:g} h; dashed: printed; dotted: the paper's start"
+        f"Beta's spin by start. Bands: range over {paper.KW4_SPIN_HOURS:g} h; dashed: printed; dotted: paper's start"
     )
     drawn.get_layout_engine().set(w_pad=0.08)
     return drawn
@@ -121,6 +121,9 @@ def inclination(results: Results) -> Any:
         by.plot(*broken(inclinations, periods, _POLAR), linewidth=1.5, marker=".", markersize=4.0, **style)
         printed = paper.KW4[shape].inclination_period
         own.axvline(printed, color=style["color"], **_PRINTED)
+        side, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)
+        where = {"xycoords": own.get_xaxis_transform(), "xytext": (shift, 0), "textcoords": "offset points", "ha": side}
+        own.annotate(f"{printed:.0f} h", (printed, 0.04), **where, **_NOTE)
         by.axhline(printed, color=style["color"], **_PRINTED)
         note = f"printed, {shape}s: {printed:.0f} h"
         place, side = _free(inclinations)
@@ -139,6 +142,8 @@ def inclination(results: Results) -> Any:
         grid(ax)
         legend(ax, markerscale=1.0)
         ax.margins(x=0)
+    by.set_xlim(0.0, 180.0)
+    by.xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(30))
     drawn.suptitle("1999 KW4: inclination of the orbit")
     return drawn
 
