@@ -282,10 +282,20 @@ def test_numbers_of_an_earlier_report_do_not_outlive_it(tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.rglob("*")] == ["figures"]
 
 
-def test_short_years_have_numbers_that_every_reader_takes(tmp_path):
+def test_short_years_have_numbers_that_every_reader_takes(tmp_path, capsys):
     assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--until", "300", "--quiet"]) == 0
     read = json.loads((tmp_path / "numbers.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert read["spheroid"]["focal"]["inclination_period"] is None
+    printed = capsys.readouterr().out
+    assert "nan" not in printed
+    assert "300 hours; the paper's numbers are of 8766 hours" in printed
+
+
+@pytest.mark.parametrize("until", ["-3", "0", "nan", "inf"])
+def test_years_have_hours(until, tmp_path, capsys):
+    assert main(["kw4", "--out", str(tmp_path / "kw4"), "--until", until, "--quiet"]) == 1
+    assert f"--until is {until}; expected hours above zero" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_command_prints_the_verdicts(monkeypatch, capsys, draft, tmp_path):

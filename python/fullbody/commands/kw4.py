@@ -9,6 +9,7 @@ from typing import Any
 
 from .. import paper
 from .._files import replacing
+from ..errors import InvalidInput
 from ..integrators import Verner98
 from ..io import netcdf
 from ..plots._style import matplotlib
@@ -41,6 +42,9 @@ def register(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run, print, write."""
     from ..reproduce import kw4_figures as figures
+
+    if not 0.0 < arguments.until < float("inf"):
+        raise InvalidInput(f"--until is {arguments.until:g}; expected hours above zero")
 
     # What is missing is said before the work, not after it.
     netcdf()
@@ -82,7 +86,8 @@ def table(numbers: dict[str, dict[str, Numbers]], until: float) -> str:
     for shape, by_method in numbers.items():
         printed = paper.KW4[shape]
         columns = [by_method[m] for m in methods]
-        lines += ["", f"1999 KW4, {shape}s, {until:g} hours", ""]
+        part = "" if until >= paper.KW4_YEAR else f"; the paper's numbers are of {paper.KW4_YEAR:g} hours"
+        lines += ["", f"1999 KW4, {shape}s, {until:g} hours{part}", ""]
         lines.append(f"  {'':<42}{'paper':>16}" + "".join(f"{m:>18}" for m in methods))
 
         def row(text: str, said: str, ours: list[str], lines: list[str] = lines) -> None:
@@ -93,7 +98,9 @@ def table(numbers: dict[str, dict[str, Numbers]], until: float) -> str:
             said = f"{getattr(printed, name):.4f}"
             row(f"{text} semi-major axis [km]", said, [f"{getattr(n, name):.4f}" for n in columns])
         row("mean period [h] *", f"{printed.period:.4f}", [f"{n.period:.4f}" for n in columns])
-        ours = [f"{n.inclination_period:.0f}" for n in columns]
+        # A short run has no two maxima.
+        periods = [n.inclination_period for n in columns]
+        ours = ["-" if period != period else f"{period:.0f}" for period in periods]
         row("between maxima of the inclination [h] *", f"~{printed.inclination_period:.0f}", ours)
         for axis, (low, high) in paper.KW4_SPIN.items() if shape == "ellipsoid" else ():
             spins = [getattr(n, f"spin_{axis}") for n in columns]
