@@ -105,6 +105,13 @@ def test_energies_share_their_time_axis(figures, number):
         assert ax.get_xlim() == (0.0, paper.CASES_END)
 
 
+def test_a_short_run_shows_the_elements_themselves(figures, years):
+    for ax, values in zip(figures["elements"].axes, ("e", "a"), strict=False):
+        for line, run in zip(ax.lines, years.values(), strict=True):
+            elements = getattr(run.elements(), values)
+            np.testing.assert_array_equal(line.get_ydata(), getattr(elements, "value", elements))
+
+
 def test_errors_of_one_digit_are_clear_of_the_frame(figures, runs):
     """Case 2's energy changes by the spacing of doubles near it, at its size 2**-51."""
     ax = figures["energy 2"].axes[1]

@@ -36,24 +36,22 @@ def elements(runs: dict[str, Run]) -> Any:
     from astropy import units as u
 
     drawn, axes = figure(3, 1, (7.0, 8.0), sharex=True)
-    patch = matplotlib("patches").Patch
+    width = _ORBITS * paper.KW4["ellipsoid"].period
+    # In a short run the oscillation itself can be seen.
+    long = min(float(_hours(run)[-1]) for run in runs.values()) > 10 * width
     bands = []
     for shape, run in runs.items():
-        hours = _hours(run)
-        orbit = run.elements()
-        style = SHAPES[shape]
-        # The fast oscillation fills a band: one filled, the other hatched, both with their edges.
-        filled = {"facecolor": style["color"], "alpha": 0.25, "linewidth": 0.0}
-        hatched = {"facecolor": "none", "edgecolor": style["color"], "hatch": "////", "linewidth": 0.0}
-        inside = filled if style is SHAPES["ellipsoid"] else hatched
-        bands.append(patch(**inside, label=style["label"]))
-        width = _ORBITS * paper.KW4[shape].period
-        for ax, values in zip(axes[:2, 0], (orbit.e, orbit.a.to_value(u.km)), strict=True):
-            middle, low, high = windows(hours, np.asarray(values), width)
-            ax.fill_between(middle, low, high, **inside)
+        hours, orbit, style = _hours(run), run.elements(), SHAPES[shape]
+        bands.append(matplotlib("patches").Patch(**_inside(shape), label=style["label"]))
+        for ax, values in zip(axes[:2, 0], (np.asarray(orbit.e), orbit.a.to_value(u.km)), strict=True):
+            if not long:
+                ax.plot(hours, values, linewidth=1.1, **style)
+                continue
+            middle, low, high = windows(hours, values, width)
+            ax.fill_between(middle, low, high, **_inside(shape))
             for edge in (low, high):
                 ax.plot(middle, edge, linewidth=1.3, color=style["color"], linestyle=style["linestyle"])
-        thinned = run[::16]
+        thinned = run[::16] if long else run
         axes[2, 0].plot(_hours(thinned), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
     for ax, label in zip(
         axes[:, 0],
@@ -63,13 +61,22 @@ def elements(runs: dict[str, Run]) -> Any:
         ax.set_ylabel(label)
         ax.margins(x=0)
         grid(ax)
-    for ax in axes[:2, 0]:
-        ax.set_title(f"range over {_ORBITS} orbits", loc="left", fontsize="small")
-        legend(ax, handles=bands)
-    legend(axes[2, 0])
+        if long and ax is not axes[2, 0]:
+            ax.set_title(f"range over {_ORBITS} orbits", loc="left", fontsize="small")
+            legend(ax, handles=bands)
+        else:
+            legend(ax)
     axes[2, 0].set_xlabel("time [h]")
     drawn.suptitle("1999 KW4: Beta's osculating orbit about Alpha")
     return drawn
+
+
+def _inside(shape: str) -> dict[str, Any]:
+    """One band is filled, the other hatched."""
+    colour = SHAPES[shape]["color"]
+    if shape == "ellipsoid":
+        return {"facecolor": colour, "alpha": 0.25, "linewidth": 0.0}
+    return {"facecolor": "none", "edgecolor": colour, "hatch": "////", "linewidth": 0.0}
 
 
 def beta_spin(runs: dict[str, Run]) -> Any:
