@@ -310,14 +310,17 @@ def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
 
 def nodal_period(shape: Any, inclinations: _Array) -> _Array:
     """Period of the node on the total angular momentum's plane, hours, by the orbit's inclination in degrees."""
-    from ..observables import orbit_precession
-
     system, state = systems.kw4_ho2021(shape)
     mu = system.mu()
 
     def period(inclination: float) -> float:
-        run = system.integrate(start(state, mu, i=inclination), 6000.0, output=1.0, integrator=_COARSE)
-        return abs(2 * np.pi / float(orbit_precession(run).nodal))
+        run = system.integrate(start(state, mu, i=inclination), 6000.0, output=2.0, integrator=_COARSE)
+        r, v = (x[:, 1] - x[:, 0] for x in (run.position, run.velocity))
+        axis = run.angular_momentum[0] / np.linalg.norm(run.angular_momentum[0])
+        east = np.cross(axis, [1.0, 0.0, 0.0])
+        normal = np.cross(r, v)
+        node = np.unwrap(np.arctan2(normal @ np.cross(axis, east), normal @ east))
+        return float(abs(2 * np.pi / np.polynomial.Polynomial.fit(run.time, node, 1).convert().coef[1]))
 
     with ThreadPoolExecutor() as pool:
         return np.array(list(pool.map(period, inclinations)))
