@@ -116,10 +116,31 @@ def test_precession_over_an_oblate_body():
     periapsis = 0.75 * unit * (5 * np.cos(i) ** 2 - 1)
     np.testing.assert_allclose(found.nodal, nodal, rtol=0.01)
     np.testing.assert_allclose(found.apsidal, periapsis + nodal * np.cos(i), rtol=0.01)
+    np.testing.assert_allclose(found.inclination, i, rtol=0.01)
     np.testing.assert_allclose(found.sidereal_period, 2 * np.pi / n, rtol=2e-3)
     rates = observables.element_rates(run).mean_rates
     np.testing.assert_allclose(rates["Omega"], nodal, rtol=0.01)
     np.testing.assert_allclose(rates["omega"], periapsis, rtol=0.02)
+
+
+@pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
+def test_a_planar_orbit_has_no_node(frame):
+    """All of Didymos' angular momenta are parallel, so that the poles cannot move."""
+    system, state = fullbody.systems.didymos(frame=frame, gravity="multipole:4")
+    run = system.integrate(state, 40.0, output=0.5)
+    found = observables.orbit_precession(run)
+    assert found.nodal is None
+    assert found.inclination.shape == (2,)
+    assert 0.0 <= found.inclination[0] <= found.inclination[1] < 1e-13
+    for body, about in ((0, 1), (1, 0)):
+        with pytest.raises(fullbody.InvalidInput, match=f"pole of body {body} stays within .* rad of the axis"):
+            observables.spin_precession(run, body=body, about=about)
+    # About an axis of one's own they lie still.
+    normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
+    beside = np.linalg.cross(normal, [1.0, 0.3, 0.0])
+    found = observables.orbit_precession(run, axis=beside)
+    assert abs(found.nodal) < 1e-13
+    np.testing.assert_allclose(found.inclination, np.pi / 2, rtol=1e-12)
 
 
 def librating(e, offset, time):

@@ -70,17 +70,23 @@ class Precession(Record):
 
     Attributes
     ----------
-    apsidal, nodal : float or Quantity
-        Mean rates, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i
-        while the plane turns little) and of the node.
+    apsidal : float or Quantity
+        Mean rate, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i while
+        the plane turns little).
+    nodal : float, Quantity or None
+        Mean rate of the node. ``None`` where the orbit's pole is nearer to the axis than 1e-9 radians at half of the
+        samples or more: such an orbit has no node but by round-off.
     anomalistic_period, sidereal_period : float or Quantity
         From periapsis to periapsis, and round the sky.
+    inclination : ndarray or Quantity, (2,)
+        The least and the greatest angle between the orbit's pole and the axis, radians.
     """
 
     apsidal: Any
     nodal: Any
     anomalistic_period: Any
     sidereal_period: Any
+    inclination: Any
 
 
 def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) -> ElementRates:
@@ -243,9 +249,11 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
     if len(frequencies) == 0:
         raise InvalidInput("the orbit is circular; it has no periapsis")
     radial = np.sign(sidereal) * frequencies[0]
+    nodal, inclination = view.turning(view.normal, axis)
     return Precession(
         view.rate(np.float64(sidereal - radial)),
-        view.turning(view.normal, axis),
+        None if nodal is None else view.rate(np.float64(nodal)),
         view.span(np.float64(2 * np.pi / abs(radial))),
         view.span(np.float64(2 * np.pi / abs(sidereal))),
+        view.angle(np.array([inclination.min(), inclination.max()])),
     )

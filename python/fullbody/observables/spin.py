@@ -13,7 +13,7 @@ from .._records import Record
 from ..bodies import PointMass
 from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import View
+from ._view import NEAREST, View
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -66,7 +66,8 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | N
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, and for a body that does not spin.
+        For a run of less than two revolutions, for a body that does not spin, and for a pole that is nearer to the axis
+        than 1e-9 radians at half of the samples or more: how that goes about it is round-off.
 
     Notes
     -----
@@ -84,7 +85,13 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | N
     """
     about = (1 if body == 0 else 0) if about is None else about
     view = View(run, body, about, 3, "spin precession", whole=True)
-    return view.turning(view.pole, axis)
+    rate, angle = view.turning(view.pole, axis)
+    if rate is None:
+        raise InvalidInput(
+            f"the pole of body {body} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
+            f"expected {NEAREST:g} or more to tell how it goes about it"
+        )
+    return view.rate(np.float64(rate))
 
 
 def obliquity(run: Run, *, body: int = 1, about: int = 0) -> Any:
