@@ -29,14 +29,14 @@ def check_times(time: _Array, least: int, what: str) -> None:
         raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
 
 
-def slope(time: _Array, values: _Array) -> float:
-    """The slope of the straight line of least squares, weighted by a Hann window.
+def slope(time: _Array, values: _Array, power: int = 1) -> float:
+    """The slope of the straight line of least squares, weighted by a Hann window or a power of it.
 
     The window all but removes periodic terms of more than a few periods in the run.
     """
     phase = (time - time[0]) / (time[-1] - time[0])
     # Of a handful of samples even the ends count.
-    weight = np.sin(np.pi * phase) ** 2 + 1e-3 / len(time)
+    weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)
     centred = time - np.average(time, weights=weight)
     return float((weight * centred) @ values / ((weight * centred) @ centred))
 
