@@ -296,6 +296,25 @@ def test_a_pole_is_two_angles(pole):
         Component(**BIG, mass=3.0, pole=pole, name="Alpha")
 
 
+def test_a_tilt_is_from_the_orbits_pole():
+    """About the node: with the node at 90 degrees of longitude plus the pole's, along its horizontal axis."""
+    lon, lat = 0.7, 0.4
+    shapes = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0, tilt="6 deg")
+    _, state = binary(*shapes, G=1.0, semi_major_axis=5.0, pole=(lon, lat))
+    z = state.rotation_matrix[1][:, 2]
+    normal = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+    node = np.array([-np.sin(lon), np.cos(lon), 0.0])
+    np.testing.assert_allclose(z, np.cos(np.pi / 30) * normal + np.sin(np.pi / 30) * np.cross(node, normal), atol=1e-14)
+    with pytest.raises(fullbody.InvalidInput, match="Alpha is given both a pole and a tilt"):
+        Component(**BIG, pole=(0.1, 0.2), tilt=0.1, name="Alpha")
+
+
+def test_published_ratios_of_a_to_c():
+    """a/b = 1.3 and a/c = 1.6 at the volume of a sphere."""
+    shape = Component(diameter=2.0, axis_ratios=(1.3, 1.6 / 1.3)).shape
+    np.testing.assert_allclose([shape.a / shape.b, shape.a / shape.c, shape.a * shape.b * shape.c], [1.3, 1.6, 1.0])
+
+
 def test_poles_with_wrong_parts_name_the_part():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     for pole, what in (

@@ -215,6 +215,25 @@ def test_round_orbits_keep_the_published_period(name, period):
     assert np.ptp(distance) < 0.01 * distance[0]
 
 
+def test_dimorphos_with_a_tilt():
+    """Tilted about the line to Didymos, it points there; the planar start is unstable and the tilt grows by itself."""
+    angle = 1e-3
+    system, state = systems.didymos_after_dart(tilt=angle)
+    upright = systems.didymos_after_dart()[1]
+    x, _, z = state.rotation_matrix[1].T
+    line = state.position[0] - state.position[1]
+    np.testing.assert_allclose(x, line / np.linalg.norm(line), atol=1e-12)
+    np.testing.assert_allclose(np.arccos(z @ upright.rotation_matrix[1][:, 2]), angle, rtol=1e-6)
+    run = system.integrate(state, 200.0, output=2.0)
+    roll = fullbody.observables.roll_pitch_yaw(run)[:, 0]
+    np.testing.assert_allclose(abs(roll[0]), angle, rtol=1e-9)
+    assert np.abs(roll).max() > 50 * angle
+    still = system.integrate(upright, 200.0, output=2.0)
+    assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
+    with pytest.raises(fullbody.InvalidInput, match="tilt of Dimorphos is nan"):
+        systems.didymos_after_dart(tilt=float("nan"))
+
+
 def test_fg3():
     system, state = systems.fg3_1996()
     # Wolters et al. (2011): 2.8 (+1.7, -0.7) km. SiMDA: (4.27 +- 1.42)e12 kg.
