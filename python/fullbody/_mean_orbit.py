@@ -87,9 +87,7 @@ def measured(system: System, start: State, period: float) -> float:
     from .observables import _signal as signal
     from .observables._view import View
 
-    run = system.integrate(
-        start, REVOLUTIONS * period, period / SAMPLES, integrator=Verner98(rtol=_LOOSE, atol=_LOOSE)
-    )
+    run = system.integrate(start, REVOLUTIONS * period, period / SAMPLES, integrator=Verner98(rtol=_LOOSE, atol=_LOOSE))
     view = View(run, 1, 0, SAMPLES, "a mutual period", whole=True)
     return float(2 * np.pi / signal.slope(view.time, view.longitude[0], power=3))
 

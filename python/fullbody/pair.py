@@ -178,7 +178,7 @@ def binary(
         return KeplerElements(size, eccentricity, inclination, node, *angles).to_cartesian(mu)
 
     mu = gravity * sum(found.masses)
-    r, v = orbit(found.semi_major_axis, mu)
+    r = orbit(found.semi_major_axis, mu)[0]
     plane = _rotation.product(_rotation.turn(2, node), _rotation.turn(0, inclination))
     locked = pointing(secondary, plane, -r) + _angle(libration, "libration") if synchronous else None
     attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, locked)])

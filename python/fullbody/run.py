@@ -265,15 +265,15 @@ class Run:
         change = np.linalg.norm(momentum - momentum[0], axis=1)
         return np.asarray(change / np.linalg.norm(momentum[0]))
 
-    def elements(self, mu: Any = None, *, primary: int = 0, secondary: int = 1) -> KeplerElements:
+    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
         """Osculating elements of one body about another.
 
         Parameters
         ----------
         mu : float or Quantity, optional
             G times the sum of the two masses, unless given.
-        primary, secondary : int
-            Places in the system.
+        primary, secondary : int or str
+            Places in the system, or names.
 
         Returns
         -------

@@ -212,20 +212,20 @@ class System:
 
         return self._units.attach(np.array(values), "mass")
 
-    def mu(self, i: int = 0, j: int = 1) -> Any:
+    def mu(self, i: int | str = 0, j: int | str = 1) -> Any:
         """G times the sum of two masses.
 
         Parameters
         ----------
-        i, j : int
-            Places in :attr:`bodies`.
+        i, j : int or str
+            Places in :attr:`bodies`, or names.
         """
         masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
         return self._units.attach(self._G * (masses[self._place(i, "i")] + masses[self._place(j, "j")]), "mu")
 
     def _place(self, index: object, what: str) -> int:
-        """A place in the system, or an error that says how many there are."""
-        return place(index, len(self._bodies), what)
+        """A place in the system from a place or a name, or an error that says which there are."""
+        return place(index, self.names, what)
 
     def with_options(self, **options: Any) -> System:
         """The same bodies and G with other settings.

@@ -175,7 +175,9 @@ def test_which_number_is_mu():
     with pytest.raises(TypeError, match="positional"):
         run.elements(2.0, 0, 1)
     assert run.elements(2.0) == run.elements(mu=2.0, primary=0, secondary=1) == run.elements()
-    refused(lambda: run.elements(primary="Alpha"), "primary is 'Alpha'; expected 0 to 1, one of the 2 bodies")
+    refused(
+        lambda: run.elements(primary="Alfa"), "primary is 'Alfa'; did you mean 'Alpha'? expected one of Alpha, Beta"
+    )
 
 
 @pytest.mark.parametrize("value", [-1e-13, NAN, INF, 1.0, "small", None, True])

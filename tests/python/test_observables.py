@@ -133,7 +133,7 @@ def test_a_planar_orbit_has_no_node(frame):
     assert found.inclination.shape == (2,)
     assert 0.0 <= found.inclination[0] <= found.inclination[1] < 1e-13
     for body, about in ((0, 1), (1, 0)):
-        with pytest.raises(fullbody.InvalidInput, match=f"pole of body {body} stays within .* rad of the axis"):
+        with pytest.raises(fullbody.InvalidInput, match=rf"pole of body {body} \(.*\) stays within .* rad of the axis"):
             observables.spin_precession(run, body=body, about=about)
     # About an axis of one's own they lie still.
     normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
@@ -315,7 +315,7 @@ def test_what_is_not_a_run_or_a_body(function):
     run = system.integrate(state, 20.0, output=0.1)
     with pytest.raises(fullbody.InvalidInput, match=r"is a State; expected a fullbody\.Run"):
         function(state)
-    for body in (2, -1, "Beta", 1.0, None, True):
+    for body in (2, -1, 1.0, None, True):
         with pytest.raises(
             fullbody.InvalidInput, match=f"body of .* is {body!r}; expected 0 to 1, one of the 2 bodies"
         ):

@@ -28,20 +28,27 @@ class View:
 
     Parameters
     ----------
+    about : int, str or None
+        ``None`` for the first other body.
     least : int
         How many samples it takes to say something.
     whole : bool
         Whether it takes revolutions too, at least :data:`REVOLUTIONS`.
     """
 
-    def __init__(self, run: Run, body: int, about: int, least: int, what: str, whole: bool = False) -> None:
+    def __init__(
+        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, whole: bool = False
+    ) -> None:
         from ..run import Run
 
         if not isinstance(run, Run):
             raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
-        body, about = run.system._place(body, f"body of {what}"), run.system._place(about, f"about of {what}")
+        body = run.system._place(body, f"body of {what}")
+        about = int(body == 0) if about is None else about
+        about = run.system._place(about, f"about of {what}")
         if body == about:
             raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
+        self.body, self.name = body, f"body {body} ({run.system.names[body]})"
         self.units = run.system._units
         self.time = run._record["time"]
         signal.check_times(self.time, least, what)

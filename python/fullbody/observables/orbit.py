@@ -89,7 +89,7 @@ class Precession(Record):
     inclination: Any
 
 
-def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) -> ElementRates:
+def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Osculating elements with their rates.
 
     Parameters
@@ -97,8 +97,8 @@ def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) ->
     run : Run
     mu : float or Quantity, optional
         As for :meth:`fullbody.Run.elements`.
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def _per_time(view: View, number: Any) -> Any:
     return number / view.units.unit("time") if view.units.known else number
 
 
-def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
+def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """The period of the mutual orbit, revolution by revolution, and its drift.
 
     Sidereal: from one passage of the direction at the start to the next, in the mean orbital plane.
@@ -159,8 +159,8 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     Parameters
     ----------
     run : Run
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -200,7 +200,7 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
 
 
-def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 0) -> Precession:
+def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Mean apsidal and nodal precession of an orbit.
 
     The apsidal rate is the mean motion round the sky less the strongest frequency of the distance: unlike the slope of
@@ -213,8 +213,8 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
         Of several revolutions; the more, the better the means.
     axis : array_like, (3,), optional
         The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
