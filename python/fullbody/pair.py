@@ -9,16 +9,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from . import _rotation, tables
+from . import _rotation
 from ._arguments import options_of, refuse_unknown
 from ._arguments import pole as angles_of
 from ._masses import Known, solve
 from ._mean_orbit import in_attraction, kept
-from ._units import Units, is_quantity, numbers, scalar
+from ._overlap import explaining
+from ._units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from .bodies import Body
 from .component import Component, attitude, pointing, rate
 from .elements import KeplerElements
-from .errors import BodiesOverlap, InconsistentInput, InvalidInput
+from .errors import InconsistentInput, InvalidInput
 from .state import State
 from .system import System
 
@@ -45,7 +46,7 @@ def binary(
     mismatch_warning: float = 1e-3,
     mismatch_error: float = 0.05,
     G: Any = None,
-    units: tuple[object, object, object] | None = None,
+    units: tuple[object, object, object] | bool | None = None,
     time: Any = 0.0,
     **options: Any,
 ) -> tuple[System, State]:
@@ -147,8 +148,14 @@ def binary(
         elements = "osculating" if period is None else "mean"
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    if G is None and units is None:
+    if G is None and not units:
+        given = (total_mass, period, semi_major_axis, *_dimensional(primary), *_dimensional(secondary))
+        if any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given):
+            raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+    round_or_not = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
+    if not 0.0 <= round_or_not < 1.0:
+        raise InvalidInput(f"eccentricity is {eccentricity!r}; expected 0 to below 1")
     convert = Units(units)
     gravity = convert.gravitational_constant if G is None else scalar(convert.strip(G, "G", "G"), "G")
     pair = (primary, secondary)
@@ -218,6 +225,12 @@ def binary(
     return system, state
 
 
+def _dimensional(component: Component) -> tuple[Any, ...]:
+    """What of a component may have units."""
+    c = component
+    return (c.semi_axes, c.diameters, c.diameter, c.mass, c.density, c.rotation_period)
+
+
 def _doubts(system: System, components: tuple[Component, Component], synchronous: bool) -> Iterator[str]:
     """What can be computed with, but is hardly meant."""
     units = system._units
@@ -238,12 +251,9 @@ def _doubts(system: System, components: tuple[Component, Component], synchronous
 
 
 def _refuse_overlap(system: System, r: Any, attitudes: Any) -> None:
-    try:
-        system._core.energy(State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core)
-    except BodiesOverlap as error:
-        distance = tables.number(system._units.attach(np.float64(np.linalg.norm(r)), "length"))
-        text = f"{' and '.join(error.bodies)} overlap at the start, their centres {distance} apart"
-        raise BodiesOverlap(f"{text}; expected interiors apart", error.bodies, error.time) from None
+    state = State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core
+    with explaining(system, lambda: state, " at the start"):
+        system._core.energy(state)
 
 
 def _known(

@@ -23,7 +23,7 @@ def test_elements_and_mu(kw4):
     "make",
     [
         lambda i, j: events.Periapsis(i, j),
-        lambda i, j: events.Separation(i, j, 2.5),
+        lambda i, j: events.Separation(i, j, 2.52),
         lambda i, j: events.Alignment(j, i),
         lambda i, j: events.PlaneCrossing(j, i, normal=(1.0, 0.0, 0.0)),
     ],

@@ -258,6 +258,21 @@ def test_frequencies_of_a_made_up_signal():
     np.testing.assert_allclose(_signal.lines(uneven, signal, 2)[0], expected[:2], rtol=1e-4)
 
 
+def test_terms_too_close_to_tell_apart_are_one():
+    from fullbody.observables import _signal
+
+    time = np.linspace(0.0, 100.0, 1001)
+    # One term whose frequency drifts by a fiftieth, less than the window resolves: no sum of large ones that cancel.
+    frequencies, amplitudes = _signal.lines(time, np.cos(time + 1e-4 * time**2), 3)
+    assert frequencies[0] == pytest.approx(1.01, rel=1e-3)
+    assert amplitudes[0] == pytest.approx(1.0, rel=0.01)
+    assert np.all(amplitudes[1:] < 0.05)
+    assert np.diff(np.sort(frequencies)).min() > 2 * np.pi / 100.0
+    # A signal of hardly two periods has no room for many.
+    few, _ = _signal.lines(time[:130], np.cos(time[:130]), 50)
+    assert 1 <= len(few) < 50
+
+
 def test_quantities():
     system, state = fullbody.systems.didymos(units=True)
     run = system.integrate(state, 200 * u.hour, output=0.25 * u.hour)

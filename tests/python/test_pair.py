@@ -9,6 +9,7 @@ import pytest
 from fullbody import Component, binary
 
 INF = float("inf")
+NAN = float("nan")
 BIG = {"semi_axes": (1.0, 0.9, 0.8), "rotation_period": INF}
 SMALL = {"semi_axes": (0.3, 0.2, 0.15)}
 
@@ -346,6 +347,31 @@ def test_texts_with_units():
     )
     np.testing.assert_allclose(texts[0].masses.value, quantities[0].masses.value, rtol=1e-15)
     np.testing.assert_allclose(texts[1].position.value, quantities[1].position.value, rtol=1e-15)
+
+
+def test_numbers_with_units_and_a_system_without():
+    sizes = {"diameter": 2 * u.km}, {"diameter": "0.2 km"}, {"diameters": ["2 km", "2 km", "1 km"]}, {"diameter": 2.0}
+    for size in sizes:
+        first, second = Component(**size, mass=1.0, rotation_period=3.0), Component(diameter=0.1, mass=0.01)
+        period = 20 * u.h if size["diameter" if "diameter" in size else "diameters"] == 2.0 else 20.0
+        with pytest.raises(fullbody.InvalidInput, match=r"have units and the system has none; expected units=\('km', "):
+            binary(first, second, period=period)
+    given = {"period": 20 * u.h}
+    first = Component(diameter=2 * u.km, density=2 * u.g / u.cm**3, rotation_period=3 * u.h)
+    second = Component(diameter=0.2 * u.km, density=2 * u.g / u.cm**3)
+    assert (
+        binary(first, second, units=True, **given)[1] == binary(first, second, units=("km", "hour", "kg"), **given)[1]
+    )
+    with pytest.raises(fullbody.InvalidInput, match=r"^G is not given"):
+        binary(Component(diameter=2.0, mass=1.0), Component(diameter=0.2, mass=0.1), period=20.0)
+
+
+@pytest.mark.parametrize("eccentricity", [1.2, 1.0, -0.1, NAN])
+@pytest.mark.parametrize("kind", ["mean", "osculating", None])
+def test_orbits_that_do_not_close(eccentricity, kind):
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    with pytest.raises(fullbody.InvalidInput, match=f"^eccentricity is {eccentricity}; expected 0 to below 1$"):
+        binary(first, second, G=1.0, semi_major_axis=5.0, eccentricity=eccentricity, elements=kind)
 
 
 def test_unknown_options_are_named():
