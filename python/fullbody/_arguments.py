@@ -6,7 +6,7 @@ import difflib
 import functools
 import inspect
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -27,11 +27,15 @@ def integer(value: object) -> int | None:
         return None
 
 
-def place(value: object, count: int, what: str) -> int:
-    """The place of a body, or an error that says how many there are."""
+def place(value: object, names: Sequence[str], what: str) -> int:
+    """The place of a body from its place or name, or an error that says which there are."""
+    if isinstance(value, str):
+        if value in names:
+            return names.index(value)
+        raise InvalidInput(f"{what} is {value!r}; {suggestion(value, names, 'one')}")
     index = integer(value)
-    if index is None or not 0 <= index < count:
-        places = "0, the only body" if count == 1 else f"0 to {count - 1}, one of the {count} bodies"
+    if index is None or not 0 <= index < len(names):
+        places = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
         raise InvalidInput(f"{what} is {value!r}; expected {places}")
     return index
 
@@ -86,11 +90,11 @@ def pole(value: Any, what: str) -> tuple[float, float]:
     return lon, lat
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
+def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
     """What a misspelt name may have meant, and what there is."""
     known = list(known)
     close = difflib.get_close_matches(name, known, 1)
-    return (f"did you mean {close[0]!r}? " if close else "") + f"expected some of {', '.join(known)}"
+    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
@@ -38,6 +39,27 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
 }
 
 
+#: Units in examples of what a text may be.
+_EXAMPLES = {
+    "length": "km",
+    "time": "h",
+    "mass": "kg",
+    "density": "g/cm3",
+    "velocity": "m/s",
+    "spin": "rad/h",
+    "angle": "deg",
+    "G": "m3/(kg s2)",
+    "mu": "km3/s2",
+}
+#: The units of ``units=True``, and others that a misspelt name may have meant.
+USUAL = ("km", "hour", "kg")
+_KNOWN = (
+    ("km", "m", "cm", "mm", "au", "AU", "R_earth", "R_jup", "R_sun", "lyr", "pc"),
+    ("hour", "h", "hr", "s", "second", "min", "minute", "day", "d", "week", "yr", "year"),
+    ("kg", "g", "t", "M_earth", "M_jup", "M_sun"),
+)
+
+
 def is_quantity(value: object) -> bool:
     """Whether a value carries a unit."""
     return hasattr(value, "unit") and hasattr(value, "to_value")
@@ -65,16 +87,17 @@ def _floats(value: object, what: str) -> npt.NDArray[np.float64]:
         raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
 
 
-def gathered(value: Any, what: str) -> Any:
+def gathered(value: Any, what: str, dimension: str = "length") -> Any:
     """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
 
-    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units.
+    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. The
+    dimension serves the examples in errors.
     """
     if isinstance(value, str):
-        return _from_text(value, what)
+        return from_text(value, what, dimension)
     if not isinstance(value, list | tuple):
         return value
-    parts = [gathered(part, what) for part in value]
+    parts = [gathered(part, what, dimension) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
         return value
@@ -88,18 +111,20 @@ def gathered(value: Any, what: str) -> Any:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
 
 
-def _from_text(text: str, what: str) -> Any:
+def from_text(text: str, what: str, dimension: str = "length") -> Any:
     """The Quantity of a text with a unit."""
     with need("units", "text with a unit"):
         from astropy import units as u
 
-    expected = f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 km'"
+    unit = _EXAMPLES.get(dimension, "km")
     try:
         quantity = u.Quantity(text)
     except (TypeError, ValueError) as error:
-        raise InvalidInput(expected) from error
+        raise InvalidInput(
+            f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 {unit}'"
+        ) from error
     if quantity.unit == u.dimensionless_unscaled:
-        raise InvalidInput(expected)
+        raise InvalidInput(f"{what} is {text!r}, which has no unit; expected text such as '{text} {unit}', or a number")
     return quantity
 
 
@@ -120,24 +145,23 @@ class Units:
 
     Parameters
     ----------
-    names : (length, time, mass) or None
-        Anything that ``astropy.units.Unit`` takes.
+    names : (length, time, mass), bool or None
+        Anything that ``astropy.units.Unit`` takes; ``True`` for km, hour, kg.
     """
 
-    def __init__(self, names: tuple[object, object, object] | None = None) -> None:
-        if names is None:
+    def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
+        if names is None or names is False:
             self._base: tuple[Any, Any, Any] | None = None
             return
         with need("units", "a system with units"):
             from astropy import units as u
 
         try:
-            length, time, mass = names
-            base = (u.Unit(length), u.Unit(time), u.Unit(mass))
+            length, time, mass = USUAL if names is True else names
         except (TypeError, ValueError) as error:
-            raise InvalidInput(
-                f"units is {names!r}; expected (length, time, mass), such as ('km', 'hour', 'kg')"
-            ) from error
+            raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
+        parts = zip((length, time, mass), _KNOWN, strict=True)
+        base = tuple(_unit(u.Unit, name, known, names) for name, known in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
                 raise InvalidInput(
@@ -176,7 +200,7 @@ class Units:
 
     def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
         """Numbers in this system's units."""
-        value = gathered(value, what)
+        value = gathered(value, what, dimension)
         if not is_quantity(value):
             return _floats(value, what)
         from astropy import units as u
@@ -211,6 +235,18 @@ class Units:
         from astropy import constants
 
         return float(constants.G.to_value(self.unit("G")))
+
+
+def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
+    """A unit, or an error that names the one that is none."""
+    try:
+        return make(name)
+    except (TypeError, ValueError) as error:
+        close = difflib.get_close_matches(str(name), known, 1)
+        meant = f"did you mean {close[0]!r}? " if close else ""
+        raise InvalidInput(
+            f"units has {name!r}, which is no unit; {meant}expected (length, time, mass), such as {USUAL}"
+        ) from error
 
 
 def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:

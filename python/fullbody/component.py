@@ -30,7 +30,8 @@ class Component(Record):
     diameter : float or Quantity, optional
         Of the sphere of equal volume, with ``axis_ratios``.
     axis_ratios : (a/b, b/c)
-        With ``diameter``; one and one for a sphere.
+        With ``diameter``; one and one for a sphere. The second is b/c, as light curves are modelled with; of published
+        a/b and a/c it is the latter by the former: ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
     mass, density : float or Quantity, optional
         At most one of the two. Without either the mass follows from what is known of the pair.
     rotation_period : float or Quantity, optional
@@ -42,6 +43,8 @@ class Component(Record):
         From the ascending node of the body's equator to its x-axis at the start; see :func:`fullbody.frames.attitude`.
         Not for a secondary that starts pointing at the primary.
     name : str, optional
+    tilt : float or Quantity
+        Of the body's z-axis from the orbit's pole, about the orbit's node; instead of ``pole``.
 
     Examples
     --------
@@ -60,6 +63,7 @@ class Component(Record):
     pole: tuple[Any, Any] | None = None
     rotation_angle: Any = 0.0
     name: str | None = None
+    tilt: Any = 0.0
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
@@ -71,6 +75,8 @@ class Component(Record):
             raise InvalidInput(f"axis_ratios of {called} are {self.axis_ratios}; expected two numbers above zero")
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
+        if Units().number(self.tilt, "angle", f"tilt of {called}") != 0.0 and self.pole is not None:
+            raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
         if self.pole is not None:
             pole(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
@@ -105,7 +111,9 @@ def _three(values: Any, what: str) -> Any:
 
 def axes(component: Component, plane: Any) -> Any:
     """The attitude of a body's equator with its x-axis at the node."""
-    return plane if component.pole is None else frames.attitude(*component.pole)
+    if component.pole is not None:
+        return frames.attitude(*component.pole)
+    return _rotation.product(plane, _rotation.turn(0, Units().number(component.tilt, "angle", "tilt")))
 
 
 def attitude(component: Component, plane: Any, angle: float | None) -> Any:

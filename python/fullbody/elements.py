@@ -72,7 +72,7 @@ class KeplerElements:
 
     def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any) -> None:
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
-            value = gathered(value, name)
+            value = gathered(value, name, "angle" if name in _ANGLES else "length")
             object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
         # Any mu will do to have the core check the rest.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)

@@ -1,5 +1,7 @@
 """Things to watch for in a run, located on its continuous solution to the last few bits.
 
+Bodies are given by their places in the system or by their names.
+
 Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both; that of growing
 time also where a run goes backwards) and may be ``terminal``: the run then stops there. Functions are sampled several
 times a step, so that contacts that only graze are found; a function that oscillates within an eighth of a step can
@@ -54,7 +56,7 @@ class Event:
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
 
     def _place(self, system: System, name: str) -> int:
-        return place(getattr(self, name), len(system), f"{name} of {type(self).__name__}")
+        return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
     def _describe(self, system: System) -> dict[str, Any]:
         """What the core is told."""
@@ -72,8 +74,8 @@ class Event:
 
 @dataclass(frozen=True)
 class _OfPair(Event):
-    i: int = 0
-    j: int = 1
+    i: int | str = 0
+    j: int | str = 1
 
     def _describe(self, system: System) -> dict[str, Any]:
         first, second = (self._place(system, name) for name in ("i", "j"))
@@ -86,8 +88,8 @@ class Separation(_OfPair):
 
     Parameters
     ----------
-    i, j : int
-        Places in the system.
+    i, j : int or str
+        Places in the system, or names.
     value : float or Quantity
     direction : {-1, 0, 1}
         -1 approaching, 1 receding.
@@ -117,8 +119,8 @@ class Contact(_OfPair):
 
     Parameters
     ----------
-    i, j : int
-        Places in the system.
+    i, j : int or str
+        Places in the system, or names.
     direction : {-1, 0, 1}
         -1: the bodies come together; 1: they part; 0: both.
     terminal : bool
@@ -144,7 +146,7 @@ class Periapsis(_OfPair):
 
     Parameters
     ----------
-    i, j : int
+    i, j : int or str
     terminal : bool
 
     Examples
@@ -163,7 +165,7 @@ class Apoapsis(_OfPair):
 
     Parameters
     ----------
-    i, j : int
+    i, j : int or str
     terminal : bool
     """
 
@@ -174,8 +176,8 @@ class PlaneCrossing(Event):
 
     Parameters
     ----------
-    i : int
-    j : int or None
+    i : int or str
+    j : int, str or None
         The body whose centre the plane holds; ``None``: the origin.
     normal : array_like, (3,)
         Inertial, of any length. With the z-axis the crossings are the nodes; ``direction=1`` is the ascending one.
@@ -183,8 +185,8 @@ class PlaneCrossing(Event):
     terminal : bool
     """
 
-    i: int = 1
-    j: int | None = 0
+    i: int | str = 1
+    j: int | str | None = 0
     normal: Any = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
@@ -204,7 +206,7 @@ class Escape(_OfPair):
 
     Parameters
     ----------
-    i, j : int
+    i, j : int or str
     distance : float or Quantity
     direction : {-1, 0, 1}
         1: the pair comes to be so; -1: it ceases to.
@@ -224,7 +226,7 @@ class Alignment(_OfPair):
 
     Parameters
     ----------
-    i, j : int
+    i, j : int or str
     terminal : bool
     """
 

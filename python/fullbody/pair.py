@@ -9,15 +9,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from . import _rotation, tables
+from . import _rotation
 from ._arguments import options_of, refuse_unknown
 from ._arguments import pole as angles_of
-from ._masses import Found, Known, solve
-from ._units import Units, is_quantity, numbers, scalar
+from ._masses import Known, solve
+from ._mean_orbit import in_attraction, kept
+from ._overlap import explaining
+from ._units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from .bodies import Body
 from .component import Component, attitude, pointing, rate
 from .elements import KeplerElements
-from .errors import BodiesOverlap, InconsistentInput, InvalidInput, NotConverged
+from .errors import InconsistentInput, InvalidInput
 from .state import State
 from .system import System
 
@@ -34,7 +36,7 @@ def binary(
     period: Any = None,
     semi_major_axis: Any = None,
     eccentricity: float = 0.0,
-    elements: Literal["osculating", "mean"] = "osculating",
+    elements: Literal["osculating", "mean"] | None = None,
     argument_of_periapsis: Any = 0.0,
     mean_anomaly: Any = 0.0,
     pole: tuple[Any, Any] | None = None,
@@ -44,7 +46,7 @@ def binary(
     mismatch_warning: float = 1e-3,
     mismatch_error: float = 0.05,
     G: Any = None,
-    units: tuple[object, object, object] | None = None,
+    units: tuple[object, object, object] | bool | None = None,
     time: Any = 0.0,
     **options: Any,
 ) -> tuple[System, State]:
@@ -66,9 +68,10 @@ def binary(
     period, semi_major_axis : float or Quantity, optional
         Of the mutual orbit; one of the two, or both.
     eccentricity : float
-    elements : {"osculating", "mean"}
-        Whether the orbit is the Kepler orbit of the start, or one of that mean period in the bodies' actual attraction;
-        see the notes.
+    elements : {"mean", "osculating"}, optional
+        Whether the orbit is one of that mean period in the bodies' actual attraction, or the Kepler orbit of the start;
+        see the notes. Unless given it is ``"mean"`` where there is a period, for observed periods are means, and
+        ``"osculating"`` where there is a semi-major axis alone.
     argument_of_periapsis, mean_anomaly : float or Quantity
         At the start; the former from the ascending node.
     pole : (longitude, latitude), optional
@@ -111,12 +114,14 @@ def binary(
 
     Notes
     -----
-    A start at the separation and with the speed of a circular Kepler orbit falls inwards over an oblate primary: the
-    mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent for Didymos. With
-    ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
-    acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a primary that is
-    not synchronous): for a circular orbit the run then keeps ``period`` and its distance, which may differ a little
-    from a published semi-major axis.
+    With ``elements="osculating"`` the start has the separation and the speed of a Kepler orbit. Over an oblate primary
+    it falls inwards: the mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent
+    for Didymos. With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times
+    the relative acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a
+    primary that is not synchronous). Where the period is given, what is then left of the difference (by eccentricity,
+    tilted equators, a secondary that librates) is measured in two integrations of 16 revolutions and taken away: the
+    mean sidereal period of the run is ``period``, and its distance may differ a little from a published semi-major
+    axis. Where those revolutions cannot be run, for the bodies meet in them, that last step is left out.
 
     Examples
     --------
@@ -127,9 +132,9 @@ def binary(
     ...     total_mass=2.49e12, mass_ratio=0.057, period=17.42, units=("km", "hour", "kg"))
     >>> system.masses
     <Quantity [2.35572375e+12, 1.34276254e+11] kg>
-    >>> fullbody.KeplerElements.from_cartesian(
-    ...     state.position[1] - state.position[0], state.velocity[1] - state.velocity[0], system.mu()).a
-    <Quantity 2.54868... km>
+    >>> run = system.integrate(state, "20 day", output="1 hour")
+    >>> print(f"{fullbody.observables.mutual_period(run).mean:.4f}")
+    17.4200 h
     """
     for component in (primary, secondary):
         if not isinstance(component, Component):
@@ -137,12 +142,20 @@ def binary(
     refuse_unknown(options, [*options_of(binary), *options_of(System)], "binary")
     if at_rest not in ("barycentre", "primary"):
         raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
-    if elements not in ("osculating", "mean"):
+    if elements not in (None, "osculating", "mean"):
         raise InvalidInput(f"elements is {elements!r}; expected 'osculating' or 'mean'")
+    if elements is None:
+        elements = "osculating" if period is None else "mean"
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    if G is None and units is None:
+    if G is None and not units:
+        given = (total_mass, period, semi_major_axis, *_dimensional(primary), *_dimensional(secondary))
+        if any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given):
+            raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+    round_or_not = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
+    if not 0.0 <= round_or_not < 1.0:
+        raise InvalidInput(f"eccentricity is {eccentricity!r}; expected 0 to below 1")
     convert = Units(units)
     gravity = convert.gravitational_constant if G is None else scalar(convert.strip(G, "G", "G"), "G")
     pair = (primary, secondary)
@@ -172,29 +185,50 @@ def binary(
         return KeplerElements(size, eccentricity, inclination, node, *angles).to_cartesian(mu)
 
     mu = gravity * sum(found.masses)
-    r, v = orbit(found.semi_major_axis, mu)
+    r = orbit(found.semi_major_axis, mu)[0]
     plane = _rotation.product(_rotation.turn(2, node), _rotation.turn(0, inclination))
     locked = pointing(secondary, plane, -r) + _angle(libration, "libration") if synchronous else None
     attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, locked)])
     rates = [rate(component, convert, name) for component, name in zip(pair, system.names, strict=True)]
     _refuse_overlap(system, r, attitudes)
-    if elements == "mean":
-        turning = abs(rates[0] * found.period / (2 * np.pi) - 1.0) > 1e-6
-        found, mu = _mean(system, found, known.period is not None, r / np.linalg.norm(r), attitudes, turning)
-        r, v = orbit(found.semi_major_axis, mu)
-    if synchronous:
-        rates[1] = 2 * np.pi / found.period
     share = np.array([0.0, 1.0])
     if at_rest == "barycentre":
         share = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
+
+    def start(size: float, mu: float, turn: float) -> State:
+        """In plain numbers, for the secondary's turn in a period where it is synchronous."""
+        r, v = orbit(size, mu)
+        spins = [rates[0], 2 * np.pi / turn if synchronous else rates[1]]
+        return State(share[:, None] * r, share[:, None] * v, attitudes, [[0.0, 0.0, spin] for spin in spins])
+
+    if elements == "mean":
+        turning = abs(rates[0] * found.period / (2 * np.pi) - 1.0) > 1e-6
+        towards = r / np.linalg.norm(r)
+
+        def mean(period: float) -> State:
+            """Of an orbit made for a period, or for the distance where no period is given."""
+            by_period = known.period is not None
+            made, mu = in_attraction(system, replace(found, period=period), by_period, towards, attitudes, turning)
+            return start(made.semi_major_axis, mu, found.period if by_period else made.period)
+
+        plain = mean(found.period) if known.period is None else kept(system, found.period, mean)
+        _refuse_overlap(system, plain.position[1] - plain.position[0], attitudes)
+    else:
+        plain = start(found.semi_major_axis, mu, found.period)
     state = State(
-        convert.attach(share[:, None] * r, "length"),
-        convert.attach(share[:, None] * v, "velocity"),
+        convert.attach(plain.position, "length"),
+        convert.attach(plain.velocity, "velocity"),
         attitudes,
-        convert.attach(np.array([[0.0, 0.0, spin] for spin in rates]), "spin"),
+        convert.attach(plain.spin, "spin"),
         convert.attach(np.float64(scalar(convert.strip(time, "time", "time"), "time")), "time"),
     )
     return system, state
+
+
+def _dimensional(component: Component) -> tuple[Any, ...]:
+    """What of a component may have units."""
+    c = component
+    return (c.semi_axes, c.diameters, c.diameter, c.mass, c.density, c.rotation_period)
 
 
 def _doubts(system: System, components: tuple[Component, Component], synchronous: bool) -> Iterator[str]:
@@ -217,43 +251,9 @@ def _doubts(system: System, components: tuple[Component, Component], synchronous
 
 
 def _refuse_overlap(system: System, r: Any, attitudes: Any) -> None:
-    try:
-        system._core.energy(State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core)
-    except BodiesOverlap as error:
-        distance = tables.number(system._units.attach(np.float64(np.linalg.norm(r)), "length"))
-        text = f"{' and '.join(error.bodies)} overlap at the start, their centres {distance} apart"
-        raise BodiesOverlap(f"{text}; expected interiors apart", error.bodies, error.time) from None
-
-
-def _mean(
-    system: System, found: Found, keep_period: bool, direction: Any, attitudes: Any, turning: bool
-) -> tuple[Found, float]:
-    """Semi-major axis and period in the actual attraction, and the mu that stands for it."""
-    first = [attitudes[0]]
-    if turning:
-        # Quarter turns of an eighth average all that an ellipsoid's equator does to the sixth degree.
-        first = [_rotation.product(attitudes[0], _rotation.turn(2, np.pi / 4 * k)) for k in range(4)]
-    reduced = found.masses[0] * found.masses[1] / sum(found.masses)
-
-    def attraction(size: float) -> float:
-        """Mu at a distance."""
-        total = 0.0
-        for q in first:
-            state = State([np.zeros(3), size * direction], np.zeros((2, 3)), [q, attitudes[1]])
-            force = system._core.interactions(state._core)[0]
-            total += -float(force[1] @ direction)
-        return total / len(first) / reduced * size**2
-
-    size = found.semi_major_axis
-    if not keep_period:
-        mu = attraction(size)
-        return replace(found, period=float(2 * np.pi * np.sqrt(size**3 / mu))), mu
-    for _ in range(50):
-        mu = attraction(size)
-        before, size = size, float(np.cbrt(mu * (found.period / (2 * np.pi)) ** 2))
-        if abs(size - before) <= 1e-14 * size:
-            return replace(found, semi_major_axis=size), mu
-    raise NotConverged(f"no circular orbit of the period {found.period:.6g} was found in 50 steps")
+    state = State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core
+    with explaining(system, lambda: state, " at the start"):
+        system._core.energy(state)
 
 
 def _known(

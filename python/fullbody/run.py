@@ -77,6 +77,13 @@ class Dense:
         """
         units = self._system._units
         values = units.strip(time, "time", "time")
+        low, high = sorted(self._core.range)
+        outside = values[(values < low) | (values > high)]
+        if outside.size:
+            first, last = units.attach(low, "time"), units.attach(high, "time")
+            raise InvalidInput(
+                f"time is {units.attach(outside[0], 'time')}; expected one from {first} to {last}, which the run covers"
+            )
         if values.ndim == 0:
             return State._wrap(self._core.state(float(values)), units)
         if values.ndim != 1:
@@ -265,15 +272,15 @@ class Run:
         change = np.linalg.norm(momentum - momentum[0], axis=1)
         return np.asarray(change / np.linalg.norm(momentum[0]))
 
-    def elements(self, mu: Any = None, *, primary: int = 0, secondary: int = 1) -> KeplerElements:
+    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
         """Osculating elements of one body about another.
 
         Parameters
         ----------
         mu : float or Quantity, optional
             G times the sum of the two masses, unless given.
-        primary, secondary : int
-            Places in the system.
+        primary, secondary : int or str
+            Places in the system, or names.
 
         Returns
         -------
@@ -488,7 +495,8 @@ class Run:
         if not isinstance(other, Run):
             return NotImplemented
         same = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
-        return same and self.system == other.system and self.statistics == other.statistics
+        how = self.stop_reason == other.stop_reason and self.events == other.events
+        return same and how and self.system == other.system and self.statistics == other.statistics
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -502,4 +510,5 @@ class Run:
             return f"Run(no samples, {self.system!r})"
         span = f"{self.time[0]} to {self.time[-1]}"
         s = self.statistics
-        return f"Run({len(self)} samples from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"
+        samples = f"{len(self)} sample{'s' if len(self) > 1 else ''}"
+        return f"Run({samples} from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"

@@ -14,8 +14,9 @@ import numpy as np
 
 from . import _core
 from ._files import replacing
+from ._overlap import explained, explaining
 from ._units import Units, scalar
-from .errors import Interrupted, InvalidInput
+from .errors import BodiesOverlap, Interrupted, InvalidInput
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
 from .run import Dense, Run, Statistics
@@ -56,7 +57,9 @@ class Simulation:
             raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
         self._system = system
         self._integrator = integrator
-        self._core = _core.Simulation(system._core, system._strip(state), *integrator._arguments(self._time_of_step))
+        start = system._strip(state)
+        with explaining(system, lambda: start, " at the start"):
+            self._core = _core.Simulation(system._core, start, *integrator._arguments(self._time_of_step))
 
     def _time_of_step(self, step: Any) -> float:
         return self._system._units.number(step, "time", "step")
@@ -83,7 +86,9 @@ class Simulation:
 
     @state.setter
     def state(self, state: State) -> None:
-        self._core.set_state(self._system._strip(state))
+        core = self._system._strip(state)
+        with explaining(self._system, lambda: core):
+            self._core.set_state(core)
 
     @property
     def statistics(self) -> Statistics:
@@ -126,7 +131,10 @@ class Simulation:
         if end == self._core.time:
             return
         # Far, but finite, so that differences of times stay numbers.
-        self._core.step(float(np.clip(end, -1e300, 1e300)))
+        try:
+            self._core.step(float(np.clip(end, -1e300, 1e300)))
+        except BodiesOverlap as error:
+            raise explained(error, self._system, None) from None
 
     def integrate(
         self,
@@ -183,6 +191,8 @@ class Simulation:
             interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
             interrupted.run = run
             raise interrupted from None
+        if isinstance(error, BodiesOverlap):
+            error = explained(error, self._system, None)
         # Nothing is lost: whatever cut the run short carries what there is of it.
         with contextlib.suppress(AttributeError):
             error.run = run  # type: ignore[attr-defined]
@@ -313,6 +323,8 @@ def _autosave(autosave: Any) -> tuple[Path, float]:
 
 
 def _events(events: Iterable[Event]) -> list[Event]:
+    if isinstance(events, str):
+        raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
     try:
         watched = list(events)
     except TypeError as error:

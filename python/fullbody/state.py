@@ -216,7 +216,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     for name, value in values.items():
         if name == "spin" and value is None:
             continue
-        value = gathered(value, name)
+        value = gathered(value, name, _FIELDS[name])
         if not is_quantity(value):
             stripped[name] = numbers(value, name)
             continue

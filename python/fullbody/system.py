@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from . import _core, _epoch
 from ._arguments import named_options, place
+from ._overlap import explaining
 from ._records import Record, block
 from ._units import Units, scalar
 from .bodies import SHAPES, Body
@@ -75,9 +76,9 @@ class System:
         Of the quadrature, relative to the force; torques are good to about ten times that of their own size.
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
-    units : (length, time, mass), optional
-        Names or astropy units. Results are then Quantities, and plain numbers are taken to be in these units. Text
-        with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
+    units : (length, time, mass) or bool, optional
+        Names or astropy units; ``True`` for km, hour, kg. Results are then Quantities, and plain numbers are taken to
+        be in these units. Text with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
     attitude_chart : {"quaternion", "tait_bryan"}
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
@@ -113,7 +114,7 @@ class System:
         gravity: str = "focal",
         gravity_tolerance: float = 1e-14,
         order: tuple[int, int] | None = None,
-        units: tuple[object, object, object] | None = None,
+        units: tuple[object, object, object] | bool | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
         vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
         epoch: Any = None,
@@ -212,20 +213,20 @@ class System:
 
         return self._units.attach(np.array(values), "mass")
 
-    def mu(self, i: int = 0, j: int = 1) -> Any:
+    def mu(self, i: int | str = 0, j: int | str = 1) -> Any:
         """G times the sum of two masses.
 
         Parameters
         ----------
-        i, j : int
-            Places in :attr:`bodies`.
+        i, j : int or str
+            Places in :attr:`bodies`, or names.
         """
         masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
         return self._units.attach(self._G * (masses[self._place(i, "i")] + masses[self._place(j, "j")]), "mu")
 
     def _place(self, index: object, what: str) -> int:
-        """A place in the system, or an error that says how many there are."""
-        return place(index, len(self._bodies), what)
+        """A place in the system from a place or a name, or an error that says which there are."""
+        return place(index, self.names, what)
 
     def with_options(self, **options: Any) -> System:
         """The same bodies and G with other settings.
@@ -270,7 +271,9 @@ class System:
         >>> bool(abs(f.force.sum()) < 1e-15)
         True
         """
-        force, torque, energy = self._core.interactions(self._strip(state))
+        core = self._strip(state)
+        with explaining(self, lambda: core):
+            force, torque, energy = self._core.interactions(core)
         attach = self._units.attach
         return Interactions(attach(force, "force"), attach(torque, "torque"), attach(energy, "energy"))
 
@@ -285,7 +288,10 @@ class System:
         -------
         Energy
         """
-        return Energy(*(self._units.attach(part, "energy") for part in self._core.energy(self._strip(state))))
+        core = self._strip(state)
+        with explaining(self, lambda: core):
+            parts = self._core.energy(core)
+        return Energy(*(self._units.attach(part, "energy") for part in parts))
 
     def momentum(self, state: State) -> Any:
         """Total momentum (3,), inertial."""
@@ -315,7 +321,7 @@ class System:
             End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
         output : None, float, Quantity or array_like
             ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
-            times.
+            times; an empty one records nothing but events (and ``dense``).
         integrator : Integrator, optional
             :class:`fullbody.Verner98` unless given.
         events : iterable of Event

@@ -49,7 +49,7 @@ import numpy.typing as npt
 from . import integrators
 from ._arguments import suggestion
 from ._records import Record
-from ._units import Units
+from ._units import Units, from_text
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
 from .errors import FullbodyError, InvalidInput
@@ -129,12 +129,22 @@ def read_toml(path: Any) -> Setup:
     ------
     InvalidInput
         Naming the file, the key and what is expected there.
+    FileNotFoundError
+        Where there is no such file.
     """
     path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"no file {path}")
+    if path.is_dir():
+        raise InvalidInput(f"{path}: is a folder; expected a file of TOML")
     try:
         with path.open("rb") as file:
             content = tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        is_run = path.read_bytes()[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+        what = "NetCDF, as runs are recorded; fullbody.load reads those" if is_run else "not text"
+        raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
+    except tomllib.TOMLDecodeError as error:
         raise InvalidInput(f"{path}: not valid TOML: {error}") from error
     top = _Table(path, "", content).only("system", "body", "integrator", "run")
     system_table, run_table = top.table("system"), top.table("run").only(*_RUN)
@@ -231,12 +241,10 @@ class _Table:
             return float(item)
         if not isinstance(item, str) or dimension is None:
             raise self.fault(key, f"is {item!r}; expected {expected}")
-        from astropy import units as u
-
         try:
-            quantity = u.Quantity(item)
-        except (TypeError, ValueError) as error:
-            raise self.fault(key, f"is {item!r}; expected a number with a unit, such as '2.5 km'") from error
+            quantity = from_text(item, "", dimension)
+        except InvalidInput as error:
+            raise self.fault(key, str(error).strip()) from error
         with self.naming(key):
             return float(units.strip(quantity, dimension, repr(item)))
 

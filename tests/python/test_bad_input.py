@@ -175,7 +175,9 @@ def test_which_number_is_mu():
     with pytest.raises(TypeError, match="positional"):
         run.elements(2.0, 0, 1)
     assert run.elements(2.0) == run.elements(mu=2.0, primary=0, secondary=1) == run.elements()
-    refused(lambda: run.elements(primary="Alpha"), "primary is 'Alpha'; expected 0 to 1, one of the 2 bodies")
+    refused(
+        lambda: run.elements(primary="Alfa"), "primary is 'Alfa'; did you mean 'Alpha'? expected one of Alpha, Beta"
+    )
 
 
 @pytest.mark.parametrize("value", [-1e-13, NAN, INF, 1.0, "small", None, True])
@@ -340,3 +342,42 @@ def test_bodies_that_meet_stop_with_their_names_and_the_time():
 def test_integrating_into_the_past_of_a_collision_is_fine():
     state = State([[0, 0, 0], [6.0, 0, 0]], [[0, 0, 0], [0.6, 0.4, 0]])
     assert SYSTEM.integrate(state, -1.0).time[-1] == -1.0
+
+
+def test_overlaps_say_how_far_or_when():
+    """Two spheres of radius one whose centres are 1.5 apart, or fall at each other from 5 with speed one: at 3 they
+    touch."""
+    near = State([[0, 0, 0], [1.5, 0, 0]], VELOCITY)
+    for call, what in (
+        (lambda: SYSTEM.integrate(near, 1.0), "Alpha and Beta overlap at the start, their centres 1.5 apart;"),
+        (lambda: fullbody.Simulation(SYSTEM, near), "Alpha and Beta overlap at the start, their centres 1.5 apart;"),
+        (lambda: SYSTEM.energy(near), "Alpha and Beta overlap, their centres 1.5 apart;"),
+        (lambda: SYSTEM.interactions(near), "Alpha and Beta overlap, their centres 1.5 apart;"),
+    ):
+        with pytest.raises(fullbody.BodiesOverlap, match=what) as caught:
+            call()
+        assert "Contact" not in str(caught.value)
+        assert caught.value.bodies == ("Alpha", "Beta")
+    units = System([Body(Sphere(1.0), mass=1e9, name=name) for name in "AB"], units=("km", "hour", "kg"))
+    falling = State(POSITION, [[0, 0, 0], [-1, 0, 0]])
+
+    def steps():
+        sim = fullbody.Simulation(units, falling, fullbody.SymplecticSplitting(step=0.1))
+        while True:
+            sim.step()
+
+    for run in (lambda: units.integrate(falling, 9.0, output=1.0), steps):
+        what = r"A and B overlap at time \d(\.\d+)? h; .*events\.Contact"
+        with pytest.raises(fullbody.BodiesOverlap, match=what) as caught:
+            run()
+        assert 3.0 <= caught.value.time < 9.0
+    with pytest.raises(fullbody.BodiesOverlap) as caught:
+        units.integrate(falling, 9.0, output=1.0)
+    assert caught.value.run.time[-1].value == 3.0
+
+
+def test_events_that_are_text():
+    refused(
+        lambda: SYSTEM.integrate(START, 1.0, events="Periapsis"),
+        "events is 'Periapsis', which is text; expected a list",
+    )

@@ -116,10 +116,31 @@ def test_precession_over_an_oblate_body():
     periapsis = 0.75 * unit * (5 * np.cos(i) ** 2 - 1)
     np.testing.assert_allclose(found.nodal, nodal, rtol=0.01)
     np.testing.assert_allclose(found.apsidal, periapsis + nodal * np.cos(i), rtol=0.01)
+    np.testing.assert_allclose(found.inclination, i, rtol=0.01)
     np.testing.assert_allclose(found.sidereal_period, 2 * np.pi / n, rtol=2e-3)
     rates = observables.element_rates(run).mean_rates
     np.testing.assert_allclose(rates["Omega"], nodal, rtol=0.01)
     np.testing.assert_allclose(rates["omega"], periapsis, rtol=0.02)
+
+
+@pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
+def test_a_planar_orbit_has_no_node(frame):
+    """All of Didymos' angular momenta are parallel, so that the poles cannot move."""
+    system, state = fullbody.systems.didymos(frame=frame, gravity="multipole:4")
+    run = system.integrate(state, 40.0, output=0.5)
+    found = observables.orbit_precession(run)
+    assert found.nodal is None
+    assert found.inclination.shape == (2,)
+    assert 0.0 <= found.inclination[0] <= found.inclination[1] < 1e-13
+    for body, about in ((0, 1), (1, 0)):
+        with pytest.raises(fullbody.InvalidInput, match=rf"pole of body {body} \(.*\) stays within .* rad of the axis"):
+            observables.spin_precession(run, body=body, about=about)
+    # About an axis of one's own they lie still.
+    normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
+    beside = np.linalg.cross(normal, [1.0, 0.3, 0.0])
+    found = observables.orbit_precession(run, axis=beside)
+    assert abs(found.nodal) < 1e-13
+    np.testing.assert_allclose(found.inclination, np.pi / 2, rtol=1e-12)
 
 
 def librating(e, offset, time):
@@ -237,6 +258,21 @@ def test_frequencies_of_a_made_up_signal():
     np.testing.assert_allclose(_signal.lines(uneven, signal, 2)[0], expected[:2], rtol=1e-4)
 
 
+def test_terms_too_close_to_tell_apart_are_one():
+    from fullbody.observables import _signal
+
+    time = np.linspace(0.0, 100.0, 1001)
+    # One term whose frequency drifts by a fiftieth, less than the window resolves: no sum of large ones that cancel.
+    frequencies, amplitudes = _signal.lines(time, np.cos(time + 1e-4 * time**2), 3)
+    assert frequencies[0] == pytest.approx(1.01, rel=1e-3)
+    assert amplitudes[0] == pytest.approx(1.0, rel=0.01)
+    assert np.all(amplitudes[1:] < 0.05)
+    assert np.diff(np.sort(frequencies)).min() > 2 * np.pi / 100.0
+    # A signal of hardly two periods has no room for many.
+    few, _ = _signal.lines(time[:130], np.cos(time[:130]), 50)
+    assert 1 <= len(few) < 50
+
+
 def test_quantities():
     system, state = fullbody.systems.didymos(units=True)
     run = system.integrate(state, 200 * u.hour, output=0.25 * u.hour)
@@ -294,7 +330,7 @@ def test_what_is_not_a_run_or_a_body(function):
     run = system.integrate(state, 20.0, output=0.1)
     with pytest.raises(fullbody.InvalidInput, match=r"is a State; expected a fullbody\.Run"):
         function(state)
-    for body in (2, -1, "Beta", 1.0, None, True):
+    for body in (2, -1, 1.0, None, True):
         with pytest.raises(
             fullbody.InvalidInput, match=f"body of .* is {body!r}; expected 0 to 1, one of the 2 bodies"
         ):

@@ -9,6 +9,7 @@ import pytest
 from fullbody import Component, binary
 
 INF = float("inf")
+NAN = float("nan")
 BIG = {"semi_axes": (1.0, 0.9, 0.8), "rotation_period": INF}
 SMALL = {"semi_axes": (0.3, 0.2, 0.15)}
 
@@ -63,7 +64,7 @@ def test_period_and_semi_major_axis():
     for given in ({"period": 8 * np.pi}, {"semi_major_axis": 4.0}, {"period": 8 * np.pi, "semi_major_axis": 4.0}):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            system, state = binary(first, second, G=1.0, eccentricity=0.2, **given)
+            system, state = binary(first, second, G=1.0, eccentricity=0.2, elements="osculating", **given)
         np.testing.assert_allclose(relative(state)[0], [3.2, 0, 0], atol=1e-14)
         np.testing.assert_allclose(state.spin[1, 2], 0.25, rtol=1e-14)
         np.testing.assert_allclose(system.momentum(state), 0.0, atol=1e-14)
@@ -72,7 +73,7 @@ def test_period_and_semi_major_axis():
 def test_contradictions_are_reported():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     with pytest.warns(fullbody.InconsistentInput, match=r"semi-major axis is 4 by .* and 4.04 by .* 0.99 %"):
-        _, state = binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04)
+        _, state = binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04, elements="osculating")
     np.testing.assert_allclose(relative(state)[0][0], 4.0, rtol=1e-14)
     with pytest.raises(fullbody.InvalidInput, match="a difference of 20 %"):
         binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0)
@@ -157,6 +158,7 @@ def test_units():
         total_mass=2.49e12 * u.kg,
         mass_ratio=0.057,
         period=17.42 * u.hour,
+        elements="osculating",
         pole=(105.4 * u.deg, -66 * u.deg),
         units=("m", "s", "kg"),
         frame="ecliptic",
@@ -196,6 +198,41 @@ def test_mean_elements_keep_the_period():
     np.testing.assert_allclose(state.spin[1, 2], rate, rtol=1e-12)
     with pytest.raises(fullbody.InvalidInput, match="elements is 'true'"):
         binary(*shapes, period=period, elements="true", **given)
+
+
+def test_an_observed_period_is_a_mean():
+    """Of an eccentric, tilted orbit about an oblate primary; a semi-major axis alone is the osculating one."""
+    shapes = (
+        Component(semi_axes=(1.0, 0.95, 0.8), rotation_period=3.0, pole=(0.3, 1.4)),
+        Component(semi_axes=(0.2, 0.17, 0.15)),
+    )
+    given = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.05, "mean_anomaly": 1.0}
+    period = 2 * np.pi * 4.0**1.5
+    for options, tolerance in (({}, 3e-5), ({"semi_major_axis": 4.0}, 3e-5), ({"elements": "osculating"}, 0.1)):
+        system, state = binary(*shapes, period=period, **given, **options)
+        run = system.integrate(state, 50 * period, output=period / 30)
+        found = abs(fullbody.observables.mutual_period(run).mean / period - 1)
+        assert found < tolerance
+        assert found > 1e-3 or not options.get("elements")
+        np.testing.assert_allclose(state.spin[1, 2], 2 * np.pi / period, rtol=1e-15)
+    for gravity in ("surface", "multipole:4"):
+        _, other = binary(*shapes, period=period, gravity=gravity, **given)
+        np.testing.assert_allclose(other.position, binary(*shapes, period=period, **given)[1].position, rtol=2e-4)
+    system, state = binary(*shapes, semi_major_axis=4.0, **given)
+    assert fullbody.KeplerElements.from_cartesian(*relative(state), system.mu()).a == pytest.approx(4.0, rel=1e-14)
+    # A long body that turns into its neighbour within those revolutions has Kepler's orbit in the attraction it starts
+    # in: 1.5 and 0.5 reach over the distance.
+    size = 1.85
+    ball = Component(diameter=1.0, rotation_period=INF)
+    long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
+    pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "period": 2 * np.pi * size**1.5, "synchronous": False}
+    system, state = binary(ball, long, **pair)
+    with pytest.raises(fullbody.BodiesOverlap):
+        system.integrate(state, 60.0)
+    force = system.interactions(state).force[1]
+    r, v = relative(state)
+    distance = np.linalg.norm(r)
+    np.testing.assert_allclose(force @ force, (v @ v / distance * 0.1 / 1.21) ** 2, rtol=1e-9)
 
 
 def test_bodies_that_overlap_at_the_start():
@@ -261,6 +298,25 @@ def test_a_pole_is_two_angles(pole):
         Component(**BIG, mass=3.0, pole=pole, name="Alpha")
 
 
+def test_a_tilt_is_from_the_orbits_pole():
+    """About the node: with the node at 90 degrees of longitude plus the pole's, along its horizontal axis."""
+    lon, lat = 0.7, 0.4
+    shapes = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0, tilt="6 deg")
+    _, state = binary(*shapes, G=1.0, semi_major_axis=5.0, pole=(lon, lat))
+    z = state.rotation_matrix[1][:, 2]
+    normal = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+    node = np.array([-np.sin(lon), np.cos(lon), 0.0])
+    np.testing.assert_allclose(z, np.cos(np.pi / 30) * normal + np.sin(np.pi / 30) * np.cross(node, normal), atol=1e-14)
+    with pytest.raises(fullbody.InvalidInput, match="Alpha is given both a pole and a tilt"):
+        Component(**BIG, pole=(0.1, 0.2), tilt=0.1, name="Alpha")
+
+
+def test_published_ratios_of_a_to_c():
+    """a/b = 1.3 and a/c = 1.6 at the volume of a sphere."""
+    shape = Component(diameter=2.0, axis_ratios=(1.3, 1.6 / 1.3)).shape
+    np.testing.assert_allclose([shape.a / shape.b, shape.a / shape.c, shape.a * shape.b * shape.c], [1.3, 1.6, 1.0])
+
+
 def test_poles_with_wrong_parts_name_the_part():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     for pole, what in (
@@ -291,6 +347,31 @@ def test_texts_with_units():
     )
     np.testing.assert_allclose(texts[0].masses.value, quantities[0].masses.value, rtol=1e-15)
     np.testing.assert_allclose(texts[1].position.value, quantities[1].position.value, rtol=1e-15)
+
+
+def test_numbers_with_units_and_a_system_without():
+    sizes = {"diameter": 2 * u.km}, {"diameter": "0.2 km"}, {"diameters": ["2 km", "2 km", "1 km"]}, {"diameter": 2.0}
+    for size in sizes:
+        first, second = Component(**size, mass=1.0, rotation_period=3.0), Component(diameter=0.1, mass=0.01)
+        period = 20 * u.h if size["diameter" if "diameter" in size else "diameters"] == 2.0 else 20.0
+        with pytest.raises(fullbody.InvalidInput, match=r"have units and the system has none; expected units=\('km', "):
+            binary(first, second, period=period)
+    given = {"period": 20 * u.h}
+    first = Component(diameter=2 * u.km, density=2 * u.g / u.cm**3, rotation_period=3 * u.h)
+    second = Component(diameter=0.2 * u.km, density=2 * u.g / u.cm**3)
+    assert (
+        binary(first, second, units=True, **given)[1] == binary(first, second, units=("km", "hour", "kg"), **given)[1]
+    )
+    with pytest.raises(fullbody.InvalidInput, match=r"^G is not given"):
+        binary(Component(diameter=2.0, mass=1.0), Component(diameter=0.2, mass=0.1), period=20.0)
+
+
+@pytest.mark.parametrize("eccentricity", [1.2, 1.0, -0.1, NAN])
+@pytest.mark.parametrize("kind", ["mean", "osculating", None])
+def test_orbits_that_do_not_close(eccentricity, kind):
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    with pytest.raises(fullbody.InvalidInput, match=f"^eccentricity is {eccentricity}; expected 0 to below 1$"):
+        binary(first, second, G=1.0, semi_major_axis=5.0, eccentricity=eccentricity, elements=kind)
 
 
 def test_unknown_options_are_named():

@@ -129,6 +129,19 @@ def test_each_starts_at_rest_and_runs(name):
     assert with_units.frame == systems.published(name).frame
 
 
+@pytest.mark.parametrize(
+    ("name", "uncertainty"),
+    [("didymos", 0.000044), ("didymos_after_dart", 0.0004), ("antiope", 0.0001), ("patroclus_menoetius", 0.0006)],
+)
+def test_the_published_period_is_kept(name, uncertainty):
+    """Over many more revolutions than the start is made with."""
+    facts = systems.published(name)
+    period = facts["orbital period"] * (24.0 if facts.values["orbital period"].unit == "day" else 1.0)
+    system, state = getattr(systems, name)()
+    run = system.integrate(state, 50 * period, output=period / 24)
+    assert abs(fullbody.observables.mutual_period(run).mean - period) < uncertainty / 10
+
+
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_frames_are_turned_as_a_whole(name):
     make = getattr(systems, name)
@@ -200,6 +213,25 @@ def test_round_orbits_keep_the_published_period(name, period):
     np.testing.assert_allclose(found.mean, period, rtol=2e-4)
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     assert np.ptp(distance) < 0.01 * distance[0]
+
+
+def test_dimorphos_with_a_tilt():
+    """Tilted about the line to Didymos, it points there; the planar start is unstable and the tilt grows by itself."""
+    angle = 1e-3
+    system, state = systems.didymos_after_dart(tilt=angle)
+    upright = systems.didymos_after_dart()[1]
+    x, _, z = state.rotation_matrix[1].T
+    line = state.position[0] - state.position[1]
+    np.testing.assert_allclose(x, line / np.linalg.norm(line), atol=1e-12)
+    np.testing.assert_allclose(np.arccos(z @ upright.rotation_matrix[1][:, 2]), angle, rtol=1e-6)
+    run = system.integrate(state, 200.0, output=2.0)
+    roll = fullbody.observables.roll_pitch_yaw(run)[:, 0]
+    np.testing.assert_allclose(abs(roll[0]), angle, rtol=1e-9)
+    assert np.abs(roll).max() > 50 * angle
+    still = system.integrate(upright, 200.0, output=2.0)
+    assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
+    with pytest.raises(fullbody.InvalidInput, match="tilt of Dimorphos is nan"):
+        systems.didymos_after_dart(tilt=float("nan"))
 
 
 def test_fg3():

@@ -222,9 +222,40 @@ def test_texts():
     assert system.integrate(state, "0.5 day", output="6 hour").time.value.tolist() == [0, 6, 12]
     with pytest.raises(fullbody.InvalidInput, match="until has the unit d, but the system has no units"):
         fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
-    for text in ("1", "later", "1 parsnip", ""):
-        with pytest.raises(fullbody.InvalidInput, match=f"until is '{text}'; expected numbers, or text with a unit"):
+    for text in ("later", "1 parsnip", ""):
+        what = f"until is '{text}'; expected numbers, or text with a unit, such as '2.5 h'"
+        with pytest.raises(fullbody.InvalidInput, match=what):
             system.integrate(state, text)
+    with pytest.raises(fullbody.InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):
+        system.integrate(state, "10")
+    with pytest.raises(fullbody.InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
+        fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
+
+
+def test_units_that_are_none():
+    bodies = fullbody.systems.kw4()[0].bodies
+    for units, what in (
+        (("km", "hours", "kg"), "units has 'hours', which is no unit; did you mean 'hour'?"),
+        (("km", "hour", "kgs"), "units has 'kgs', which is no unit; did you mean 'kg'?"),
+        (("xyz", "hour", "kg"), "units has 'xyz', which is no unit; expected"),
+        (("hour", "km", "kg"), "units has 'h'; expected a unit of length"),
+        (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            fullbody.System(bodies, units=units)
+    assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
+    assert fullbody.System(bodies, G=1.0, units=False).units is None
+
+
+def test_times_outside_a_run_have_units():
+    system, state = fullbody.systems.kw4(units=True, gravity="point")
+    run = system.integrate(state, 10.0, dense=True)
+    for time in (1e5 * u.hour, [1.0, 1e5] * u.hour):
+        with pytest.raises(fullbody.InvalidInput, match=r"time is 100000.0 h; expected one from 0.0 h to 10.0 h"):
+            run(time)
+
+
+def test_more_of_texts():
     assert fullbody.Sphere("2 km") == fullbody.Sphere(2 * u.km)
     assert fullbody.KeplerElements(1.0, 0, "30 deg", 0, 0, 0).i == 30 * u.deg
     mixed = fullbody.State(position=[["1 km", "0 m", "0 km"]], velocity=[[0, 0, 0]])

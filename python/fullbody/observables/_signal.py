@@ -29,14 +29,14 @@ def check_times(time: _Array, least: int, what: str) -> None:
         raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
 
 
-def slope(time: _Array, values: _Array) -> float:
-    """The slope of the straight line of least squares, weighted by a Hann window.
+def slope(time: _Array, values: _Array, power: int = 1) -> float:
+    """The slope of the straight line of least squares, weighted by a Hann window or a power of it.
 
     The window all but removes periodic terms of more than a few periods in the run.
     """
     phase = (time - time[0]) / (time[-1] - time[0])
     # Of a handful of samples even the ends count.
-    weight = np.sin(np.pi * phase) ** 2 + 1e-3 / len(time)
+    weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)
     centred = time - np.average(time, weights=weight)
     return float((weight * centred) @ values / ((weight * centred) @ centred))
 
@@ -60,7 +60,8 @@ def lines(time: _Array, values: _Array, count: int) -> tuple[_Array, _Array]:
     """The strongest periodic terms of a signal: angular frequencies and amplitudes (half of peak to peak).
 
     One after another: the peak of the Hann-windowed spectrum, refined by maximising the windowed Fourier integral
-    (Laskar 1990, Icarus 88, 266), then all terms found so far and a constant fitted together and taken away.
+    (Laskar 1990, Icarus 88, 266), then all terms found so far and a constant fitted together and taken away. Terms
+    closer than two periods in the time of the signal are one: the window cannot tell them apart.
     """
     optimize, signal = scipy_module("optimize"), scipy_module("signal")
     t, x = evenly(time, values)
@@ -77,7 +78,12 @@ def lines(time: _Array, values: _Array, count: int) -> tuple[_Array, _Array]:
         spectrum = np.abs(np.fft.rfft(window * (rest - rest.mean()), size))
         grid = 2 * np.pi * np.fft.rfftfreq(size, step)
         # Slower than once in the run is no period.
-        spectrum[grid < 2 * np.pi / (step * len(t))] = 0.0
+        resolution = 2 * np.pi / (step * len(t))
+        spectrum[grid < resolution] = 0.0
+        for frequency in frequencies:
+            spectrum[np.abs(grid - frequency) < 2 * resolution] = 0.0
+        if not spectrum.any():
+            break
         peak = grid[int(spectrum.argmax())]
         width = grid[1]
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 _Array = npt.NDArray[np.float64]
 #: Fewer revolutions than these have no mean to speak of.
 REVOLUTIONS = 2
+#: Radians. A pole nearer to an axis is there but for round-off, which alone would say how it goes about it.
+NEAREST = 1e-9
 
 
 class View:
@@ -26,20 +28,27 @@ class View:
 
     Parameters
     ----------
+    about : int, str or None
+        ``None`` for the first other body.
     least : int
         How many samples it takes to say something.
     whole : bool
         Whether it takes revolutions too, at least :data:`REVOLUTIONS`.
     """
 
-    def __init__(self, run: Run, body: int, about: int, least: int, what: str, whole: bool = False) -> None:
+    def __init__(
+        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, whole: bool = False
+    ) -> None:
         from ..run import Run
 
         if not isinstance(run, Run):
             raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
-        body, about = run.system._place(body, f"body of {what}"), run.system._place(about, f"about of {what}")
+        body = run.system._place(body, f"body of {what}")
+        about = int(body == 0) if about is None else about
+        about = run.system._place(about, f"about of {what}")
         if body == about:
             raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
+        self.body, self.name = body, f"body {body} ({run.system.names[body]})"
         self.units = run.system._units
         self.time = run._record["time"]
         signal.check_times(self.time, least, what)
@@ -91,10 +100,19 @@ class View:
         a, b, da, db = self.r @ x, self.r @ y, self.v @ x, self.v @ y
         return signal.unwrapped(np.arctan2(b, a)), (a * db - b * da) / (a * a + b * b)
 
-    def turning(self, poles: _Array, axis: Any) -> Any:
-        """The mean rate at which directions go about an axis, the angular momentum at the start unless given."""
+    def turning(self, poles: _Array, axis: Any) -> tuple[float | None, _Array]:
+        """The mean rate at which directions go about an axis, and their angles from it.
+
+        The axis is the angular momentum at the start unless given; there is no rate of directions that are mostly
+        nearer to it than :data:`NEAREST`.
+        """
         axis = self._start if axis is None else directions(axis, "axis", one=True)
-        return self.rate(np.float64(signal.slope(self.time, azimuth(poles, axis))))
+        about = azimuth(poles, axis)
+        angle: _Array = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
+        # One that goes the other way round, nearly against the axis, is as near to it.
+        if np.median(np.minimum(angle, np.pi - angle)) < NEAREST:
+            return None, angle
+        return signal.slope(self.time, about), angle
 
 
 def mean(normals: _Array) -> _Array:

@@ -70,20 +70,26 @@ class Precession(Record):
 
     Attributes
     ----------
-    apsidal, nodal : float or Quantity
-        Mean rates, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i
-        while the plane turns little) and of the node.
+    apsidal : float or Quantity
+        Mean rate, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i while
+        the plane turns little).
+    nodal : float, Quantity or None
+        Mean rate of the node. ``None`` where the orbit's pole is nearer to the axis than 1e-9 radians at half of the
+        samples or more: such an orbit has no node but by round-off.
     anomalistic_period, sidereal_period : float or Quantity
         From periapsis to periapsis, and round the sky.
+    inclination : ndarray or Quantity, (2,)
+        The least and the greatest angle between the orbit's pole and the axis, radians.
     """
 
     apsidal: Any
     nodal: Any
     anomalistic_period: Any
     sidereal_period: Any
+    inclination: Any
 
 
-def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) -> ElementRates:
+def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Osculating elements with their rates.
 
     Parameters
@@ -91,8 +97,8 @@ def element_rates(run: Run, mu: Any = None, *, body: int = 1, about: int = 0) ->
     run : Run
     mu : float or Quantity, optional
         As for :meth:`fullbody.Run.elements`.
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -145,7 +151,7 @@ def _per_time(view: View, number: Any) -> Any:
     return number / view.units.unit("time") if view.units.known else number
 
 
-def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
+def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """The period of the mutual orbit, revolution by revolution, and its drift.
 
     Sidereal: from one passage of the direction at the start to the next, in the mean orbital plane.
@@ -153,8 +159,8 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     Parameters
     ----------
     run : Run
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -194,7 +200,7 @@ def mutual_period(run: Run, *, body: int = 1, about: int = 0) -> MutualPeriod:
     return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
 
 
-def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 0) -> Precession:
+def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Mean apsidal and nodal precession of an orbit.
 
     The apsidal rate is the mean motion round the sky less the strongest frequency of the distance: unlike the slope of
@@ -207,8 +213,8 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
         Of several revolutions; the more, the better the means.
     axis : array_like, (3,), optional
         The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -243,9 +249,11 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int = 1, about: int = 
     if len(frequencies) == 0:
         raise InvalidInput("the orbit is circular; it has no periapsis")
     radial = np.sign(sidereal) * frequencies[0]
+    nodal, inclination = view.turning(view.normal, axis)
     return Precession(
         view.rate(np.float64(sidereal - radial)),
-        view.turning(view.normal, axis),
+        None if nodal is None else view.rate(np.float64(nodal)),
         view.span(np.float64(2 * np.pi / abs(radial))),
         view.span(np.float64(2 * np.pi / abs(sidereal))),
+        view.angle(np.array([inclination.min(), inclination.max()])),
     )

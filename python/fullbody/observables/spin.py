@@ -13,7 +13,7 @@ from .._records import Record
 from ..bodies import PointMass
 from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import View
+from ._view import NEAREST, View
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -46,7 +46,7 @@ class Libration(Record):
     amplitudes: Any
 
 
-def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | None = None) -> Any:
+def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Any:
     """The mean rate at which a body's pole of rotation goes about an axis.
 
     Parameters
@@ -54,9 +54,9 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | N
     run : Run
     axis : array_like, (3,), optional
         The total angular momentum at the start unless given.
-    body, about : int
-        Places in the system; unless given, ``about`` is the first body that is not ``body``. Its revolutions are those
-        that the run is measured by.
+    body, about : int or str
+        Places in the system, or names; unless given, ``about`` is the first body that is not ``body``. Its revolutions
+        are those that the run is measured by.
 
     Returns
     -------
@@ -66,7 +66,8 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | N
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, and for a body that does not spin.
+        For a run of less than two revolutions, for a body that does not spin, and for a pole that is nearer to the axis
+        than 1e-9 radians at half of the samples or more: how that goes about it is round-off.
 
     Notes
     -----
@@ -82,19 +83,24 @@ def spin_precession(run: Run, axis: Any = None, *, body: int = 0, about: int | N
     >>> bool(fullbody.observables.spin_precession(run) < 0)
     True
     """
-    about = (1 if body == 0 else 0) if about is None else about
     view = View(run, body, about, 3, "spin precession", whole=True)
-    return view.turning(view.pole, axis)
+    rate, angle = view.turning(view.pole, axis)
+    if rate is None:
+        raise InvalidInput(
+            f"the pole of {view.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
+            f"expected {NEAREST:g} or more to tell how it goes about it"
+        )
+    return view.rate(np.float64(rate))
 
 
-def obliquity(run: Run, *, body: int = 1, about: int = 0) -> Any:
+def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
     """The angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
     Parameters
     ----------
     run : Run
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -114,7 +120,7 @@ def obliquity(run: Run, *, body: int = 1, about: int = 0) -> Any:
     return view.angle(np.arctan2(sine, np.sum(view.pole * view.normal, axis=1)))
 
 
-def roll_pitch_yaw(run: Run, *, body: int = 1, about: int = 0) -> Any:
+def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
     """The attitude of a body in its orbit's frame.
 
     That frame's x-axis points from the body at the other one and its z-axis along the orbit's normal; the body's frame
@@ -124,8 +130,8 @@ def roll_pitch_yaw(run: Run, *, body: int = 1, about: int = 0) -> Any:
     Parameters
     ----------
     run : Run
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
 
     Returns
     -------
@@ -150,15 +156,15 @@ def roll_pitch_yaw(run: Run, *, body: int = 1, about: int = 0) -> Any:
     return view.angle(np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1))
 
 
-def libration(run: Run, *, body: int = 1, about: int = 0, count: int = 3) -> Libration:
+def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
     """The libration of a body's longest axis, its amplitude and its strongest periodic terms.
 
     Parameters
     ----------
     run : Run
         Of several periods of it, sampled several times in each.
-    body, about : int
-        Places in the system.
+    body, about : int or str
+        Places in the system, or names.
     count : int
         How many periodic terms.
 
@@ -190,13 +196,13 @@ def libration(run: Run, *, body: int = 1, about: int = 0, count: int = 3) -> Lib
     if (integer(count) or 0) < 1:
         raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
     view = View(run, body, about, 16, "a libration", whole=True)
-    shape = run.system.bodies[body].shape
+    shape = run.system.bodies[view.body].shape
     if isinstance(shape, PointMass):
-        raise InvalidInput(f"body {body} is a point; it has no axis to librate")
+        raise InvalidInput(f"{view.name} is a point; it has no axis to librate")
     axes = [float(getattr(axis, "value", axis)) for axis in shape.semi_axes]
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:
-        raise InvalidInput(f"body {body} has the semi-axes {axes}, no single longest one to librate")
+        raise InvalidInput(f"{view.name} has the semi-axes {axes}, no single longest one to librate")
     x, y, _ = np.moveaxis(_orbit_frame(view), 2, 0)
     axis = view.matrix[:, :, longest]
     # Both ends of the axis count alike.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..errors import InvalidInput
+
 if TYPE_CHECKING:
     from ..run import Run
 
@@ -35,14 +37,14 @@ class Plots:
     def __init__(self, run: Run) -> None:
         self._run = run
 
-    def __call__(self, figure: Any = None, *, primary: int = 0, secondary: int = 1) -> Any:
+    def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Any:
         """One page: orbit, elements, spins, angles, conservation.
 
         Parameters
         ----------
         figure : matplotlib Figure or SubFigure, optional
-        primary, secondary : int
-            Bodies whose orbit is shown; places in the system.
+        primary, secondary : int or str
+            Bodies whose orbit is shown; places in the system, or names.
 
         Returns
         -------
@@ -50,16 +52,19 @@ class Plots:
         """
         from .summary import summary
 
-        return summary(self._run, figure, primary=primary, secondary=secondary)
+        places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
+        return summary(self._run, figure, **places)
 
-    def orbit(self, ax: Any = None, *, primary: int = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any) -> Any:
+    def orbit(
+        self, ax: Any = None, *, primary: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
+    ) -> Any:
         """Paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
-        primary : int
-            The body at the origin; its place in the system.
+        primary : int or str
+            The body at the origin; its place in the system, or its name.
         plane : {"xy", "xz", "yz"}
         shapes : bool
             Whether to draw the outlines.
@@ -77,9 +82,11 @@ class Plots:
         """
         from .orbit import orbit
 
-        return orbit(self._run, ax, primary=primary, plane=plane, shapes=shapes, **kwargs)
+        return orbit(self._run, ax, primary=self._place(primary, "primary"), plane=plane, shapes=shapes, **kwargs)
 
-    def elements(self, axes: Any = None, *, mu: Any = None, primary: int = 0, secondary: int = 1, **kwargs: Any) -> Any:
+    def elements(
+        self, axes: Any = None, *, mu: Any = None, primary: int | str = 0, secondary: int | str = 1, **kwargs: Any
+    ) -> Any:
         """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
 
         Parameters
@@ -96,10 +103,11 @@ class Plots:
         """
         from .elements import elements
 
-        return elements(self._run, axes, mu=mu, primary=primary, secondary=secondary, **kwargs)
+        places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
+        return elements(self._run, axes, mu=mu, **places, **kwargs)
 
     def spins(
-        self, axes: Any = None, *, bodies: Sequence[int] | None = None, frame: str = "body", **kwargs: Any
+        self, axes: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
     ) -> Any:
         """Angular velocities against time, a panel a body.
 
@@ -107,8 +115,8 @@ class Plots:
         ----------
         axes : array of matplotlib Axes, optional
             One for each of the bodies.
-        bodies : sequence of int, optional
-            Places in the system; all of them without it.
+        bodies : sequence of int or str, optional
+            Places in the system, or names; all of them without it.
         frame : {"body", "inertial"}
             The frame of the components.
         **kwargs
@@ -120,17 +128,17 @@ class Plots:
         """
         from .spins import spins
 
-        return spins(self._run, axes, bodies=bodies, frame=frame, **kwargs)
+        return spins(self._run, axes, bodies=self._places(bodies), frame=frame, **kwargs)
 
-    def angles(self, axes: Any = None, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
+    def angles(self, axes: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> Any:
         """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
 
         Parameters
         ----------
         axes : array of matplotlib Axes, optional
             Two for each of the bodies.
-        bodies : sequence of int, optional
-            Places in the system; all of them without it.
+        bodies : sequence of int or str, optional
+            Places in the system, or names; all of them without it.
         **kwargs
             To ``Axes.plot``.
 
@@ -140,7 +148,7 @@ class Plots:
         """
         from .angles import angles
 
-        return angles(self._run, axes, bodies=bodies, **kwargs)
+        return angles(self._run, axes, bodies=self._places(bodies), **kwargs)
 
     def energy(self, ax: Any = None, **kwargs: Any) -> Any:
         """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.
@@ -190,6 +198,15 @@ class Plots:
         from .scene import scene
 
         return scene(self._run, time, ax, path=path, **kwargs)
+
+    def _place(self, body: Any, what: str) -> Any:
+        """The place of a named body; anything else as it is."""
+        return self._run.system._place(body, what) if isinstance(body, str) else body
+
+    def _places(self, bodies: Any) -> Any:
+        if isinstance(bodies, str):
+            raise InvalidInput(f"bodies is {bodies!r}; expected a list of places or names")
+        return None if bodies is None else [self._place(body, "one of bodies") for body in bodies]
 
     def __repr__(self) -> str:
         names = "angles, elements, energy, orbit, scene, spins"

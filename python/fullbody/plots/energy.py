@@ -32,7 +32,7 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
             continue
         # A logarithm has no zero: the line goes on from the sample before to the one after.
         shown = drift != 0.0
-        name = name if shown.any() else f"{name}: none"
+        name = name if shown.any() else f"{name}: no change"
         ax.plot(time[shown], np.abs(drift[shown]), **line(place, {"label": name, **kwargs}))
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0

@@ -189,7 +189,7 @@ def test_energy_shows_both_drifts(kw4_run):
     still = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
     run = still.integrate(fullbody.State([[0, 0, 0]], [[1, 0, 0]]), 1.0)
     labels = [line.get_label() for line in run.plot.energy().lines]
-    assert labels == ["energy / total: none", "energy / orbital: none"]
+    assert labels == ["energy / total: no change", "energy / orbital: no change"]
 
 
 @pytest.mark.parametrize(("dense", "close"), [(True, 1e-9), (False, 2e-5)])

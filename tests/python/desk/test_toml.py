@@ -122,7 +122,7 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("mass = 0.135e12", "mass = -1.0", r"body\[1\]\.mass: .*expected a finite number above zero"),
         ("mass = 0.135e12", "", r"body\[1\]: Beta is given neither mass nor density; expected one of the two"),
         ("mass = 0.135e12", 'mass = "3 km"', r"body\[1\]\.mass: .*unit km; expected a unit such as kg"),
-        ("mass = 0.135e12", 'mass = "heavy"', r"body\[1\]\.mass: is 'heavy'; expected a number with a unit"),
+        ("mass = 0.135e12", 'mass = "heavy"', r"body\[1\]\.mass: is 'heavy'; expected numbers, or .* such as '2.5 kg'"),
         ("mass = 0.135e12", "mass = true", r"body\[1\]\.mass: is True; expected a number, or text with a unit"),
         ("mass = 0.135e12", "mass = nan", r"body\[1\]\.mass: is nan; expected a finite number"),
         ("mass = 0.135e12", "maas = 1.0", r"body\[1\]\.maas: is no key .* did you mean 'mass'\?"),
@@ -146,12 +146,13 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("rtol = 1e-12", "rtoll = 1.0", r"integrator\.rtoll: is no key .* did you mean 'rtol'\?"),
         ("rtol = 1e-12", 'name = "Euler"', r"integrator\.name: is 'Euler'; expected one of 'Verner98'"),
         ('until = "1 day"', "", r"run\.until: is missing; expected a number, or text with a unit"),
+        ('until = "1 day"', 'until = "10"', r"run\.until: is '10', which has no unit; .*such as '10 h', or a number"),
         ('until = "1 day"', 'until = "1 km"', r"run\.until: .*unit km; expected a unit such as h"),
         ("[run]", "[runn]", r"runn: is no key of this table; did you mean 'run'\?"),
         ("[run]", "[extra]\n[run]", r"extra: is no key of this table"),
         ("[run]", '[run]\norigin = "sun"', r"run\.origin: is 'sun'; expected one of 'given', 'barycentre'"),
         ("[run]", "[run", r"not valid TOML: .*line 25"),
-        ('output = "30 min"', 'output = "fast"', r"run\.output: is 'fast'; expected a number with a unit"),
+        ('output = "30 min"', 'output = "fast"', r"run\.output: is 'fast'; expected numbers, or .* such as '2.5 h'"),
     ],
 )
 def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
@@ -171,5 +172,18 @@ def test_units_in_a_system_without_any_are_refused(tmp_path):
         read(tmp_path, PAIR.replace("G = 1.0", ""))
     with pytest.raises(fullbody.InvalidInput, match=r"body\[1\]: has no position and no orbit"):
         read(tmp_path, PAIR.replace("position = [3, 0, 0]", ""))
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match=r"no file .*nothing\.toml$"):
         fullbody.read_toml(tmp_path / "nothing.toml")
+
+
+def test_files_that_are_no_toml(tmp_path):
+    system, state = fullbody.systems.case1()
+    system.integrate(state, 1.0).save(tmp_path / "run.nc")
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n")
+    for name, what in (
+        ("run.nc", "is NetCDF, as runs are recorded"),
+        ("picture.png", "is not text"),
+        ("", "is a folder"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=f"{what}.*; expected a file of TOML"):
+            fullbody.read_toml(tmp_path / name)

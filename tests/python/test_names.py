@@ -1,0 +1,94 @@
+"""Bodies by name wherever a place is taken: the same answer as by place, and errors that list the names."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Body, PointMass, State, System, events, observables
+
+
+@pytest.fixture(scope="module")
+def kw4():
+    system, state = fullbody.systems.kw4(gravity="multipole:2")
+    return system, state, system.integrate(state, 60.0, output=0.5)
+
+
+def test_elements_and_mu(kw4):
+    system, _, run = kw4
+    assert system.mu("Alpha", "Beta") == system.mu(0, 1)
+    assert system.mu("Beta", "Beta") == system.mu(1, 1)
+    assert run.elements(primary="Beta", secondary="Alpha") == run.elements(primary=1, secondary=0)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda i, j: events.Periapsis(i, j),
+        lambda i, j: events.Separation(i, j, 2.52),
+        lambda i, j: events.Alignment(j, i),
+        lambda i, j: events.PlaneCrossing(j, i, normal=(1.0, 0.0, 0.0)),
+    ],
+)
+def test_events(kw4, make, tmp_path):
+    system, state, _ = kw4
+    by_name = system.integrate(state, 40.0, output=40.0, events=[make("Alpha", "Beta")])
+    by_place = system.integrate(state, 40.0, output=40.0, events=[make(0, 1)])
+    assert len(by_name.events) > 0
+    assert [e.time for e in by_name.events] == [e.time for e in by_place.events]
+    by_name.save(tmp_path / "run.nc")
+    assert fullbody.load(tmp_path / "run.nc").events[0].event == by_name.events[0].event
+
+
+@pytest.mark.parametrize(
+    "name", ["element_rates", "mutual_period", "orbit_precession", "obliquity", "roll_pitch_yaw", "libration"]
+)
+def test_observables(kw4, name):
+    function = getattr(observables, name)
+    by_name, by_place = function(kw4[2], body="Beta", about="Alpha"), function(kw4[2], body=1, about=0)
+    assert np.array_equal(by_name, by_place) if isinstance(by_place, np.ndarray) else by_name == by_place
+
+
+def test_the_other_body_of_spin_precession(kw4):
+    run = kw4[2]
+    assert observables.spin_precession(run, body="Alpha") == observables.spin_precession(run, body=0, about=1)
+    assert observables.spin_precession(run, body="Beta") == observables.spin_precession(run, body=1, about=0)
+
+
+def test_plots(kw4):
+    run = kw4[2]
+
+    def curves(axes):
+        return [line.get_xydata() for ax in np.ravel(axes) for line in ax.get_lines()]
+
+    for by_name, by_place in (
+        (run.plot.orbit(primary="Beta"), run.plot.orbit(primary=1)),
+        (run.plot.elements(primary="Beta", secondary="Alpha"), run.plot.elements(primary=1, secondary=0)),
+        (run.plot.spins(bodies=["Beta"]), run.plot.spins(bodies=[1])),
+        (run.plot.angles(bodies=["Beta", 0]), run.plot.angles(bodies=[1, 0])),
+        (run.plot(primary="Alpha", secondary="Beta").axes, run.plot().axes),
+    ):
+        for first, second in zip(curves(by_name), curves(by_place), strict=True):
+            np.testing.assert_array_equal(first, second)
+
+
+def test_names_that_are_not_there(kw4):
+    system, state, run = kw4
+    for call, what in (
+        (lambda: system.mu("Alfa", "Beta"), "i is 'Alfa'; did you mean 'Alpha'"),
+        (lambda: run.elements(secondary="Betta"), "secondary is 'Betta'; did you mean 'Beta'"),
+        (lambda: system.integrate(state, 1.0, events=[events.Contact("Moon", "Beta")]), "i of Contact is 'Moon'; "),
+        (lambda: observables.obliquity(run, body="Moon"), "body of an obliquity is 'Moon'; "),
+        (lambda: run.plot.orbit(primary="Moon"), "primary is 'Moon'; "),
+        (lambda: run.plot.spins(bodies=["Moon"]), "one of bodies is 'Moon'; "),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=rf"^{what}.*expected one of Alpha, Beta$"):
+            call()
+    with pytest.raises(fullbody.InvalidInput, match="bodies is 'Alpha'; expected a list"):
+        run.plot.spins(bodies="Alpha")
+
+
+def test_bodies_without_names_have_those_of_their_places():
+    unnamed = System([Body(PointMass(), mass=1.0) for _ in range(2)], G=1.0)
+    start = State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0.1, 0]])
+    assert unnamed.mu("body 0", "body 1") == 2.0
+    run = unnamed.integrate(start, 0.5, events=[events.Separation("body 0", "body 1", 0.9)])
+    assert len(run.events) == 1
