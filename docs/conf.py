@@ -122,6 +122,12 @@ def escape_number(app: object, what: str, name: str, obj: object, options: objec
         lines[first] = "\\" + lines[first]
 
 
+def drop_template(app: Any, error: Exception | None) -> None:
+    """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
+    (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
+
+
 def setup(app: Any) -> None:
     """Connect after numpydoc, which takes the text apart."""
     app.connect("autodoc-process-docstring", escape_number, priority=600)
+    app.connect("build-finished", drop_template, priority=900)
