@@ -78,7 +78,7 @@ class Dense:
         units = self._system._units
         values = units.strip(time, "time", "time")
         low, high = sorted(self._core.range)
-        outside = values[(values < low) | (values > high)]
+        outside = values[~((values >= low) & (values <= high))]
         if outside.size:
             first, last = units.attach(low, "time"), units.attach(high, "time")
             raise InvalidInput(
