@@ -2,41 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _rotation
 from ._masses import Found
-from .errors import FullbodyError, NotConverged
+from ._overlap import explaining
+from .errors import BodiesOverlap, FullbodyError, NotConverged
 from .state import State
 from .system import System
 
-#: Revolutions that a period is measured in, samples in each, and how well it is to be met.
-REVOLUTIONS, SAMPLES, ENOUGH = 16, 32, 1e-10
+#: Revolutions that a period is measured in, at least and at most, and librations of a locked body that they hold.
+REVOLUTIONS, MOST, LIBRATIONS = 16, 64, 5
+#: Samples in each, how well the period is to be met, and what is worth a word.
+SAMPLES, ENOUGH, WORTH_A_WORD = 32, 1e-9, 1e-6
 _LOOSE = 1e-11
+_TRIALS = 6
 
 
 def in_attraction(
     system: System, found: Found, by_period: bool, direction: Any, attitudes: Any, turning: bool
 ) -> tuple[Found, float]:
-    """Semi-major axis and period in the actual attraction, and the mu that stands for it."""
-    first = [attitudes[0]]
-    if turning:
-        # Quarter turns of an eighth average all that an ellipsoid's equator does to the sixth degree.
-        first = [_rotation.product(attitudes[0], _rotation.turn(2, np.pi / 4 * k)) for k in range(4)]
+    """Semi-major axis and period of a circular orbit in the actual attraction, and the mu that stands for it.
+
+    Of a primary that turns beneath the secondary it is the mean over a turn, unless the bodies overlap in one.
+    """
+    # Four turns by an eighth cancel the equator's harmonics of the orders 2, 4 and 6.
+    turned = [_rotation.product(attitudes[0], _rotation.turn(2, np.pi / 4 * k)) for k in range(4 if turning else 1)]
+    try:
+        return _circular(system, found, by_period, direction, [(q, attitudes[1]) for q in turned])
+    except BodiesOverlap:
+        return _circular(system, found, by_period, direction, [attitudes])
+
+
+def _circular(
+    system: System, found: Found, by_period: bool, direction: Any, poses: Sequence[Any]
+) -> tuple[Found, float]:
     reduced = found.masses[0] * found.masses[1] / sum(found.masses)
 
     def attraction(size: float) -> float:
         """Mu at a distance."""
         total = 0.0
-        for q in first:
-            state = State([np.zeros(3), size * direction], np.zeros((2, 3)), [q, attitudes[1]])
-            force = system._core.interactions(state._core)[0]
-            total += -float(force[1] @ direction)
-        return total / len(first) / reduced * size**2
+        for pose in poses:
+            core = State([np.zeros(3), size * direction], np.zeros((2, 3)), pose)._core
+            with explaining(system, lambda core=core: core, " at the start"):  # type: ignore[misc]
+                total += -float(system._core.interactions(core)[0][1] @ direction)
+        return total / len(poses) / reduced * size**2
 
     size = found.semi_major_axis
     if not by_period:
@@ -50,50 +64,86 @@ def in_attraction(
     raise NotConverged(f"no circular orbit of the period {found.period:.6g} was found in 50 steps")
 
 
-def kept(system: System, period: float, start: Callable[[float], State]) -> State:
+class Kept(NamedTuple):
+    """A start, and what is to be said of it where its run has not the period."""
+
+    state: State
+    doubt: str | None
+
+
+def kept(system: System, period: float, start: Callable[[float], State], locked: Sequence[int]) -> Kept:
     """The start whose run has a mean sidereal period, of starts (in plain numbers) made for one.
 
-    Where the revolutions cannot be run, that made for the period itself.
+    Parameters
+    ----------
+    start
+        Makes one; its run's period changes almost one to one with that it is made for.
+    locked
+        Places of the bodies that turn with the orbit, and may librate.
     """
-    first = start(period)
+    best = start(period)
     if _of_points(system):
-        return first
+        return Kept(best, None)
     gravity = system.options["gravity"]
     # Both of the exact methods give the same; the focal rule is the faster one.
     method = {"gravity": "focal", "order": None} if gravity == "surface" else {}
     loose = system.with_options(attitude_chart="quaternion", gravity_tolerance=_LOOSE, **method)
+    revolutions = _revolutions(system, locked)
+    made, state, slope = period, best, 1.0
+    off, last = np.inf, (0.0, 0.0)
     try:
-        off = measured(loose, first, period) - period
-        if abs(off) <= ENOUGH * period:
-            return first
-        target = period - off
-        again = measured(loose, start(target), period) - period
-        # The secant through both: what a period made for gives changes almost one to one.
-        slope = (off - again) / off
-        if not 0.5 < slope < 2.0:
-            return first
-        return start(target - again / slope)
-    except FullbodyError:
-        return first
+        for trial in range(_TRIALS):
+            missed = measured(loose, state, period, revolutions) / period - 1.0
+            if abs(missed) < abs(off):
+                best, off = state, missed
+            if abs(off) <= ENOUGH:
+                break
+            if trial > 0 and made != last[0]:
+                secant = (missed - last[1]) / (made - last[0]) * period
+                slope = secant if 0.5 < secant < 2.0 else 1.0
+            last = (made, missed)
+            made -= missed / slope * period
+            state = start(made)
+    except FullbodyError as error:
+        if not np.isfinite(off):
+            met = isinstance(error, BodiesOverlap)
+            why = f"{' and '.join(error.bodies)} meet in them" if met else str(error)  # type: ignore[attr-defined]
+            return Kept(best, f"{revolutions} revolutions, to measure the mean period in, cannot be run: {why}")
+    if abs(off) > WORTH_A_WORD:
+        return Kept(
+            best,
+            f"the mean period over {revolutions} revolutions differs from the period given by {off:.1e} of it; "
+            "the motion is too irregular for a start to have it",
+        )
+    return Kept(best, None)
 
 
-def measured(system: System, start: State, period: float) -> float:
-    """The mean sidereal period of a run.
-
-    The slope of the longitude under a Hann window to the third power, which leaves of a periodic term of k periods in
-    the run about k^-7 (Laskar 1993, Physica D 67, 257).
-    """
+def measured(system: System, start: State, period: float, revolutions: int) -> float:
+    """The mean sidereal period of a run."""
     from .integrators import Verner98
-    from .observables import _signal as signal
-    from .observables._view import View
+    from .observables import mutual_period
 
-    run = system.integrate(start, REVOLUTIONS * period, period / SAMPLES, integrator=Verner98(rtol=_LOOSE, atol=_LOOSE))
-    view = View(run, 1, 0, SAMPLES, "a mutual period", whole=True)
-    return float(2 * np.pi / signal.slope(view.time, view.longitude[0], power=3))
+    run = system.integrate(start, revolutions * period, period / SAMPLES, integrator=Verner98(rtol=_LOOSE, atol=_LOOSE))
+    mean = mutual_period(run).mean
+    return float(getattr(mean, "value", mean))
+
+
+def _revolutions(system: System, locked: Sequence[int]) -> int:
+    """As many as hold some free librations of the slowest locked body: a nearly round equator swings slowly."""
+    slowest = np.inf
+    for place in locked:
+        a, b, _ = _axes(system, place)
+        if a != b:
+            slowest = min(slowest, float(np.sqrt(3 * abs(a**2 - b**2) / (a**2 + b**2))))
+    return int(np.clip(np.ceil(LIBRATIONS / slowest), REVOLUTIONS, MOST))
 
 
 def _of_points(system: System) -> bool:
     """Whether the bodies attract as points do, so that a Kepler orbit is exact."""
-    shapes = [body.shape.semi_axes for body in system.bodies]
-    spheres = all(axes is None or axes[0] == axes[1] == axes[2] for axes in shapes)
+    spheres = all(len(set(_axes(system, place))) <= 1 for place in range(len(system)))
     return spheres or system.options["gravity"] == "point"
+
+
+def _axes(system: System, place: int) -> list[float]:
+    """Semi-axes in plain numbers."""
+    return [system._units.number(axis, "length", "semi-axis") for axis in system.bodies[place].shape.semi_axes or ()]

@@ -108,7 +108,8 @@ def binary(
     Warns
     -----
     InconsistentInput
-        For a contradiction between the two limits, with both values; for an implied density outside 100 to 20000
+        For a contradiction between the two limits, with both values; for a period that no start has to 1e-6, or that
+        cannot be measured, for the bodies meet; for an implied density outside 100 to 20000
         kg/m^3, where there are units; for a body that rotates by nothing that is stated, which starts without rotation
         (``rotation_period=float("inf")`` says that this is meant).
 
@@ -119,9 +120,11 @@ def binary(
     for Didymos. With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times
     the relative acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a
     primary that is not synchronous). Where the period is given, what is then left of the difference (by eccentricity,
-    tilted equators, a secondary that librates) is measured in two integrations of 16 revolutions and taken away: the
-    mean sidereal period of the run is ``period``, and its distance may differ a little from a published semi-major
-    axis. Where those revolutions cannot be run, for the bodies meet in them, that last step is left out.
+    tilted equators, a secondary that librates) is measured in integrations of 16 revolutions, up to 64 for a locked
+    body that librates slowly, and taken away: the mean sidereal period of the run's first revolutions is ``period``,
+    and its distance may differ a little from a published semi-major axis. This takes some tenths of a second with the
+    exact methods and with short series. Where a body tumbles, no start has a lasting mean; where the plane of the orbit
+    turns, see :func:`fullbody.observables.mutual_period`.
 
     Examples
     --------
@@ -202,7 +205,9 @@ def binary(
         return State(share[:, None] * r, share[:, None] * v, attitudes, [[0.0, 0.0, spin] for spin in spins])
 
     if elements == "mean":
-        turning = abs(rates[0] * found.period / (2 * np.pi) - 1.0) > 1e-6
+        rotation = rates[0] * found.period / (2 * np.pi) * _rotation.matrices(attitudes[0])[:, 2]
+        turning = bool(np.linalg.norm(rotation - _rotation.matrices(plane)[:, 2]) > 1e-6)
+        locked_places = [k for k, lock in enumerate((not turning, synchronous)) if lock]
         towards = r / np.linalg.norm(r)
 
         def mean(period: float) -> State:
@@ -211,7 +216,12 @@ def binary(
             made, mu = in_attraction(system, replace(found, period=period), by_period, towards, attitudes, turning)
             return start(made.semi_major_axis, mu, found.period if by_period else made.period)
 
-        plain = mean(found.period) if known.period is None else kept(system, found.period, mean)
+        if known.period is None:
+            plain = mean(found.period)
+        else:
+            plain, irregular = kept(system, found.period, mean, locked_places)
+            if irregular is not None:
+                warnings.warn(irregular, InconsistentInput, stacklevel=2)
         _refuse_overlap(system, plain.position[1] - plain.position[0], attitudes)
     else:
         plain = start(found.semi_major_axis, mu, found.period)

@@ -9,7 +9,7 @@ from fullbody import Body, PointMass, State, System, events, observables
 @pytest.fixture(scope="module")
 def kw4():
     system, state = fullbody.systems.kw4(gravity="multipole:2")
-    return system, state, system.integrate(state, 60.0, output=0.5)
+    return system, state, system.integrate(state, 100.0, output=0.5)
 
 
 def test_elements_and_mu(kw4):

@@ -30,7 +30,7 @@ output = [1, 2, 5]
 def example(units):
     system, state = systems.kw4(units=units)
     apsides = [events.Periapsis(0, 1)]
-    return system, state, system.integrate(state, 60.0, output=1.0, dense=True, events=apsides)
+    return system, state, system.integrate(state, 100.0, output=1.0, dense=True, events=apsides)
 
 
 def made(units=False):
@@ -176,7 +176,7 @@ def test_a_run_keeps_all_but_its_continuous_solution():
         twin.attitude[0] = 0.0
     with pytest.raises(TypeError, match=r"does not pickle; pickle samples of it, dense\(times\)"):
         pickle.dumps(run.dense)
-    assert repr(run.dense).startswith("Dense(from 0.0 h to 60.0 h")
+    assert repr(run.dense).startswith("Dense(from 0.0 h to 100.0 h")
 
 
 def test_texts_of_arrays_are_short_and_of_numbers_complete():

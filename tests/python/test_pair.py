@@ -145,6 +145,9 @@ def test_a_secondary_that_is_not_synchronous():
     )
     np.testing.assert_array_equal(state.position[0], 0.0)
     np.testing.assert_array_equal(state.velocity[0], 0.0)
+    # Kepler's circle: G (m1 + m2) = 4.
+    np.testing.assert_allclose(state.position[1], [4, 0, 0], rtol=1e-15, atol=1e-15)
+    np.testing.assert_allclose(state.velocity[1], [0, 1, 0], rtol=1e-15, atol=1e-15)
     np.testing.assert_allclose(state.rotation_matrix[1][:, 0], [0, 1, 0], atol=1e-15)
     np.testing.assert_allclose(state.spin[1, 2], -np.pi / 2)
     with pytest.raises(fullbody.InvalidInput, match="synchronous"):
@@ -226,13 +229,84 @@ def test_an_observed_period_is_a_mean():
     ball = Component(diameter=1.0, rotation_period=INF)
     long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
     pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "period": 2 * np.pi * size**1.5, "synchronous": False}
-    system, state = binary(ball, long, **pair)
+    with pytest.warns(
+        fullbody.InconsistentInput, match="16 revolutions, .*, cannot be run: body 0 and body 1 meet in them"
+    ):
+        system, state = binary(ball, long, **pair)
     with pytest.raises(fullbody.BodiesOverlap):
         system.integrate(state, 60.0)
     force = system.interactions(state).force[1]
     r, v = relative(state)
     distance = np.linalg.norm(r)
     np.testing.assert_allclose(force @ force, (v @ v / distance * 0.1 / 1.21) ** 2, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "given"),
+    [
+        (
+            {"semi_axes": (1, 1, 0.8), "rotation_period": 3.0},
+            {"diameter": 0.2},
+            {"eccentricity": 0.5, "mean_anomaly": 2},
+        ),
+        (
+            {"semi_axes": (1, 0.7, 0.6), "rotation_period": 16 * np.pi},
+            {"semi_axes": (1, 0.8, 0.7)},
+            {"mass_ratio": 0.6},
+        ),
+        ({"semi_axes": (1, 0.7, 0.6), "rotation_period": 3.0, "pole": (0, -np.pi / 2)}, {"diameter": 0.2}, {}),
+        ({"semi_axes": (1, 0.7, 0.6), "rotation_period": 16 * np.pi, "pole": (0, -np.pi / 2)}, {"diameter": 0.2}, {}),
+        ({"semi_axes": (1, 1, 0.8), "rotation_period": 5.0}, {"semi_axes": (1, 0.97, 0.8)}, {"libration": 0.3}),
+    ],
+    ids=["eccentric", "doubly locked", "retrograde", "retrograde at the orbit's rate", "slow libration"],
+)
+def test_the_mean_period_of_regular_motion(first, second, given):
+    """Over a run longer than the one it was measured in; on circular orbits also by counting revolutions."""
+    period = 16 * np.pi
+    given = {"G": 1.0, "mass_ratio": 0.02, "total_mass": 1.0, **given}
+    system, state = binary(Component(**first), Component(**second), period=period, **given)
+    run = system.integrate(state, 60.5 * period, output=period / 40)
+    found = fullbody.observables.mutual_period(run)
+    assert abs(found.mean / period - 1) < 2e-4
+    if "eccentricity" not in given:
+        assert abs(found.period.mean() / period - 1) < 5e-4
+
+
+def test_irregular_motion_has_no_mean_period_and_says_so():
+    """A long secondary on an eccentric orbit tumbles."""
+    shapes = Component(semi_axes=(1, 0.95, 0.8), rotation_period=3.0), Component(semi_axes=(0.3, 0.22, 0.2))
+    given = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.3, "mean_anomaly": 2.0}
+    period = 16 * np.pi
+    with pytest.warns(fullbody.InconsistentInput, match="too irregular for a start to have it") as caught:
+        system, state = binary(*shapes, period=period, **given)
+    said = float(str(caught[0].message).split(" given by ")[1].split()[0])
+    run = system.integrate(state, 16 * period, output=period / 32)
+    found = fullbody.observables.mutual_period(run).mean / period - 1
+    assert 1e-6 < abs(found) < 0.05
+    assert found == pytest.approx(said, rel=0.5)
+
+
+def test_the_attraction_is_the_mean_over_a_turn():
+    """The speed on a circle over a body that turns fast is that of the mean pull, here over 48 turns of the series."""
+    shapes = Component(semi_axes=(1.0, 0.8, 0.6), rotation_period=0.5), Component(diameter=0.02, rotation_period=INF)
+    given = {"G": 1.0, "mass_ratio": 1e-9, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 3.0}
+    system, state = binary(*shapes, **given, synchronous=False)
+    v = relative(state)[1]
+    series = system.with_options(gravity="multipole:12")
+    pulls = []
+    for angle in np.linspace(0.0, np.pi, 48, endpoint=False):
+        turned = [[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], state.attitude[1]]
+        pulls.append(-series.interactions(state.replace(attitude=turned)).force[1, 0] / system.masses[1])
+    np.testing.assert_allclose(v @ v / 3.0, np.mean(pulls), rtol=1e-6)
+    assert np.ptp(pulls) > 0.01 * np.mean(pulls)
+    # A body so long that it would reach the other in a turn is taken as it stands.
+    long = Component(semi_axes=(2.0, 0.5, 0.5), rotation_period=1000.0, rotation_angle=np.pi / 2)
+    given = {"G": 1.0, "mass_ratio": 1e-3, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 1.8}
+    system, state = binary(long, Component(diameter=0.2), **given)
+    v = relative(state)[1]
+    np.testing.assert_allclose(
+        v @ v / 1.8, -system.interactions(state).force[1, 0] / system.masses[1] * 1.001, rtol=1e-9
+    )
 
 
 def test_bodies_that_overlap_at_the_start():

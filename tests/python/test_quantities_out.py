@@ -87,7 +87,7 @@ def runs():
     for units in (True, False):
         system, state = fullbody.systems.kw4(units=units)
         event = fullbody.events.Periapsis(0, 1)
-        found[units] = (system, state, system.integrate(state, 80.0, output=1.0, dense=True, events=[event]))
+        found[units] = (system, state, system.integrate(state, 100.0, output=1.0, dense=True, events=[event]))
     return found
 
 

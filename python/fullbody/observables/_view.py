@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..run import Run
 
 _Array = npt.NDArray[np.float64]
-#: Fewer revolutions than these have no mean to speak of.
-REVOLUTIONS = 2
+#: Fewer revolutions than these have no mean to speak of; from :data:`WINDOWED` on, a window tells it from what recurs.
+REVOLUTIONS, WINDOWED = 2, 5
 #: Radians. A pole nearer to an axis is there but for round-off, which alone would say how it goes about it.
 NEAREST = 1e-9
 
@@ -32,12 +32,12 @@ class View:
         ``None`` for the first other body.
     least : int
         How many samples it takes to say something.
-    whole : bool
-        Whether it takes revolutions too, at least :data:`REVOLUTIONS`.
+    revolutions : int
+        How many of those it takes.
     """
 
     def __init__(
-        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, whole: bool = False
+        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
     ) -> None:
         from ..run import Run
 
@@ -56,24 +56,60 @@ class View:
         self.r = record["position"][:, body] - record["position"][:, about]
         self.v = record["velocity"][:, body] - record["velocity"][:, about]
         normal = np.cross(self.r, self.v)
-        self.normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+        size = np.linalg.norm(normal, axis=1)
+        radial = size <= 1e-14 * np.linalg.norm(self.r, axis=1) * np.linalg.norm(self.v, axis=1)
+        if radial.any():
+            raise InvalidInput(
+                f"at time {self.units.attach(self.time[radial][0], 'time')} {self.name} moves along its line to "
+                f"{run.system.names[about]}, or not at all; {what} needs the plane of an orbit"
+            )
+        self.normal = normal / size[:, None]
         self.matrix = _rotation.matrices(record["attitude"][:, body])
         self.spin = record["spin"][:, body]
         self._start = record["angular_momentum"][0]
-        if whole:
-            self._check_revolutions(what)
+        if revolutions > 0:
+            self._check_revolutions(what, revolutions)
 
-    def _check_revolutions(self, what: str) -> None:
+    @property
+    def turns(self) -> float:
+        """How many revolutions the run covers."""
+        angle = self.longitude[0]
+        return float(abs(angle[-1] - angle[0]) / (2 * np.pi))
+
+    def _check_revolutions(self, what: str, least: int) -> None:
         angle, rate = self.longitude
-        turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
-        by_rate = abs(np.sum((rate[1:] + rate[:-1]) / 2 * np.diff(self.time))) / (2 * np.pi)
-        if abs(turns - by_rate) > max(0.5, 0.1 * by_rate):
+        # What the rates at both ends make of it: half a turn aside, and the angle has been unwrapped wrongly.
+        by_rate = (rate[1:] + rate[:-1]) / 2 * np.diff(self.time)
+        lost = np.round((by_rate - np.diff(angle)) / (2 * np.pi))
+        if lost.any():
+            first = int(np.argmax(lost != 0))
+            turns = abs(np.diff(angle)[first] / (2 * np.pi) + lost[first])
+            ends = [self.units.attach(self.time[k], "time") for k in (first, first + 1)]
             raise InvalidInput(
-                f"the run has {len(angle)} samples in about {by_rate:.3g} revolutions; {what} needs several in each "
-                "(output= a tenth of the period or less)"
+                f"between its samples at {ends[0]} and {ends[1]} the run makes about {turns:.2g} "
+                f"revolutions; {what} needs several samples in each (output= a "
+                "tenth of the period or less, and less in an eccentric orbit)"
             )
-        if turns < REVOLUTIONS:
-            raise InvalidInput(f"the run covers {turns:.3g} revolutions; {what} needs {REVOLUTIONS} or more")
+        if self.turns < least:
+            raise InvalidInput(f"the run covers {self.turns:.3g} revolutions; {what} needs {least} or more")
+
+    def check_rotation(self, speed: _Array, most: float, what: str) -> None:
+        """Refuse samples between which a direction or a frame may turn by more than an angle, at its speeds (K,)."""
+        turned = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
+        if len(turned) and turned.max() > most:
+            k = int(turned.argmax())
+            raise InvalidInput(
+                f"{self.name} turns by about {turned[k]:.3g} rad in the orbit's frame between the samples at "
+                f"{self.units.attach(self.time[k], 'time')} and {self.units.attach(self.time[k + 1], 'time')}; {what} "
+                f"needs less than {most:.3g} (a smaller output=)"
+            )
+
+    @property
+    def relative_spin(self) -> _Array:
+        """The body's angular velocity (K, 3) less that of the line to the other body, inertial."""
+        turn = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
+        spin: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin) - turn[:, None] * self.normal
+        return spin
 
     def rate(self, value: Any) -> Any:
         return self.units.attach(value, "spin")
@@ -92,6 +128,10 @@ class View:
             raise InvalidInput("the body does not spin; its pole is nowhere")
         direction: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
         return direction
+
+    def mean_rate(self, values: _Array) -> float:
+        """The slope of what changes with every revolution."""
+        return signal.slope(self.time, values, power=3 if self.turns >= WINDOWED else 1)
 
     @cached_property
     def longitude(self) -> tuple[_Array, _Array]:

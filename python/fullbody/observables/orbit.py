@@ -9,14 +9,17 @@ import numpy as np
 
 from .._records import Record
 from ..elements import KeplerElements
-from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import View
+from ._view import REVOLUTIONS, WINDOWED, View
 
 if TYPE_CHECKING:
     from ..run import Run
 
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
+
+#: Terms of the distance that are looked at, how near to the mean motion the periapsis' is, and the size relative to the
+#: distance below which a run has no periapsis but by its own errors.
+_TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,9 +33,9 @@ class ElementRates(Record):
     rates : dict of str to ndarray or Quantity
         Present rates of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M`` (K,), by differences of second order.
     mean_rates : dict of str to float or Quantity
-        Slopes of straight lines through the whole run (least squares under a Hann window), also of the longitudes
-        ``varpi`` = Omega + omega and ``L`` = varpi + M. Where perturbations rule a small eccentricity, varpi and M
-        alone mean little.
+        Slopes of straight lines through the whole run (least squares under a Hann window, from five revolutions on to
+        the third power), also of the longitudes ``varpi`` = Omega + omega and ``L`` = varpi + M. Where perturbations
+        rule a small eccentricity, varpi and M alone mean little.
     """
 
     elements: KeplerElements
@@ -47,13 +50,14 @@ class MutualPeriod(Record):
     Attributes
     ----------
     time : ndarray or Quantity, (R,)
-        Ends of the revolutions, counted from the direction at the start.
+        Ends of the revolutions, counted from the direction at the earliest time.
     period : ndarray or Quantity, (R,)
         Of each revolution.
     mean : float or Quantity
-        2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under a Hann
-        window, in which the middle of the run counts most. It takes all samples, also those after the last whole
-        revolution, and is not the arithmetic mean of ``period``, which the ends of the revolutions alone decide.
+        2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under the
+        third power of a Hann window. It takes all samples and leaves next to nothing of what recurs four times or more;
+        the mean of ``period``, which the ends of the revolutions alone decide, differs a little. In a run of less than
+        five revolutions it is that mean.
     drift : float
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
@@ -70,14 +74,17 @@ class Precession(Record):
 
     Attributes
     ----------
-    apsidal : float or Quantity
+    apsidal : float, Quantity or None
         Mean rate, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i while
-        the plane turns little).
+        the plane turns little). ``None`` where the distance shows no periapsis: in a circular orbit, and where what it
+        shows is of other origin.
     nodal : float, Quantity or None
         Mean rate of the node. ``None`` where the orbit's pole is nearer to the axis than 1e-9 radians at half of the
         samples or more: such an orbit has no node but by round-off.
-    anomalistic_period, sidereal_period : float or Quantity
-        From periapsis to periapsis, and round the sky.
+    anomalistic_period : float, Quantity or None
+        From periapsis to periapsis.
+    sidereal_period : float or Quantity
+        Round the sky.
     inclination : ndarray or Quantity, (2,)
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
@@ -118,7 +125,7 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
     >>> round(2 * 3.14159265 / rates.mean_rates["L"], 1)
     17.1
     """
-    view = View(run, body, about, 3, "a mean rate", whole=True)
+    view = View(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, primary=about, secondary=body)
     columns: dict[str, Any] = {}
     rates: dict[str, Any] = {}
@@ -132,13 +139,13 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
         unit = {"length": "velocity", "angle": "spin"}.get(dimension or "")
         for result, number in (
             (rates, np.gradient(values, view.time, edge_order=2)),
-            (means, signal.slope(view.time, values)),
+            (means, view.mean_rate(values)),
         ):
             result[name] = _per_time(view, number) if unit is None else view.units.attach(number, unit)
     varpi = signal.unwrapped(columns["Omega"] + columns["omega"])
     longitude = signal.unwrapped(columns["Omega"] + columns["omega"] + columns["M"])
-    means["varpi"] = view.rate(signal.slope(view.time, varpi))
-    means["L"] = view.rate(signal.slope(view.time, longitude))
+    means["varpi"] = view.rate(view.mean_rate(varpi))
+    means["L"] = view.rate(view.mean_rate(longitude))
     attached = [
         view.units.attach(columns["a"], "length"),
         columns["e"],
@@ -154,7 +161,9 @@ def _per_time(view: View, number: Any) -> Any:
 def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """The period of the mutual orbit, revolution by revolution, and its drift.
 
-    Sidereal: from one passage of the direction at the start to the next, in the mean orbital plane.
+    Sidereal: from one passage of the direction at the earliest time to the next, in the orbital plane that is the mean
+    of the run. While that plane turns a little, the node's turn counts by its cosine; over whole turns of the node it
+    counts fully, so that the mean depends a little on how long the run is.
 
     Parameters
     ----------
@@ -179,7 +188,7 @@ def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> Mut
     >>> round(float(fullbody.observables.mutual_period(run).mean), 1)
     17.1
     """
-    view = View(run, body, about, 8, "a mutual period", whole=True)
+    view = View(run, body, about, 8, "a mutual period", REVOLUTIONS)
     longitude, rate = view.longitude
     order = np.argsort(view.time)
     t, angle, rate = view.time[order], longitude[order], rate[order]
@@ -196,16 +205,18 @@ def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> Mut
     drift = float("nan")
     if turns >= 3:
         drift = signal.slope(ends, period)
-    mean = 2 * np.pi / signal.slope(t, angle)
+    mean = 2 * np.pi / abs(view.mean_rate(longitude)) if turns >= WINDOWED else period.mean()
     return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
 
 
 def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Mean apsidal and nodal precession of an orbit.
 
-    The apsidal rate is the mean motion round the sky less the strongest frequency of the distance: unlike the slope of
-    the osculating longitude of periapsis it holds for orbits so round that perturbations rule their osculating
-    eccentricity. The nodal rate is how fast the orbit's pole goes about an axis.
+    The apsidal rate is the mean motion round the sky less the frequency of the distance: unlike the slope of the
+    osculating longitude of periapsis it holds for orbits so round that perturbations rule their osculating
+    eccentricity. That frequency is the strongest within an eighth of the mean motion, if it is above 1e-9 of the
+    distance and another there is not half as strong; the bodies' turning and librating beneath each other have
+    frequencies of their own. The nodal rate is how fast the orbit's pole goes about an axis.
 
     Parameters
     ----------
@@ -223,13 +234,13 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, and for a circular orbit.
+        For a run of less than five revolutions.
 
     Notes
     -----
     Outside a slowly changing oblate body, to the first order in J2 and with n the mean motion and p = a (1 - e^2):
-    the node moves by -3/2 n J2 (R/p)^2 cos i and the periapsis within the orbit by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1)
-    (Murray & Dermott 1999, Solar System Dynamics, Sec. 6.11).
+    the node moves by -3/2 n J2 (R/p)^2 cos i and omega by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1) (Murray & Dermott 1999,
+    Solar System Dynamics, Sec. 6.11); ``apsidal`` is the latter and cos i times the former.
 
     Examples
     --------
@@ -241,19 +252,28 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
     >>> bool(abs(fullbody.observables.orbit_precession(run).apsidal) < 1e-6)
     True
     """
-    view = View(run, body, about, 16, "precession", whole=True)
-    longitude, _ = view.longitude
-    sidereal = signal.slope(view.time, longitude)
-    distance = np.linalg.norm(view.r, axis=1)
-    frequencies, _ = signal.lines(view.time, distance, 3)
-    if len(frequencies) == 0:
-        raise InvalidInput("the orbit is circular; it has no periapsis")
-    radial = np.sign(sidereal) * frequencies[0]
+    view = View(run, body, about, 16, "precession", WINDOWED)
+    sidereal = abs(view.mean_rate(view.longitude[0]))
+    radial = _radial(view, sidereal)
     nodal, inclination = view.turning(view.normal, axis)
     return Precession(
-        view.rate(np.float64(sidereal - radial)),
+        None if radial is None else view.rate(np.float64(sidereal - radial)),
         None if nodal is None else view.rate(np.float64(nodal)),
-        view.span(np.float64(2 * np.pi / abs(radial))),
-        view.span(np.float64(2 * np.pi / abs(sidereal))),
+        None if radial is None else view.span(np.float64(2 * np.pi / radial)),
+        view.span(np.float64(2 * np.pi / sidereal)),
         view.angle(np.array([inclination.min(), inclination.max()])),
     )
+
+
+def _radial(view: View, sidereal: float) -> float | None:
+    """The frequency at which periapsis recurs, where there is one."""
+    distance = np.linalg.norm(view.r, axis=1)
+    terms = zip(*signal.lines(view.time, distance, _TERMS), strict=True)
+    near = sorted(
+        ((size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR), key=lambda t: -t[0]
+    )
+    if not near or near[0][0] < _ROUND * distance.mean():
+        return None
+    if len(near) > 1 and near[1][0] > near[0][0] / 2:
+        return None
+    return near[0][1]

@@ -13,7 +13,7 @@ from .._records import Record
 from ..bodies import PointMass
 from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import NEAREST, View
+from ._view import NEAREST, REVOLUTIONS, View
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -33,10 +33,11 @@ class Libration(Record):
     angle : ndarray or Quantity, (K,)
         From the line to the longest axis, in the orbit's plane, positive along the motion; without jumps, so that it
         grows or falls without end where the body does not librate.
-    amplitude : float or Quantity
-        Half of peak to peak.
+    amplitude : float, Quantity or None
+        Half of peak to peak; ``None`` above a quarter turn, where the other end of the axis is the nearer one for a
+        while: the body turns round, and does not librate.
     frequencies, amplitudes : ndarray or Quantity
-        Of its strongest periodic terms, the strongest first as found.
+        Of its strongest periodic terms, the strongest first as found; empty where it does not librate.
     """
 
     time: Any
@@ -83,7 +84,7 @@ def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: i
     >>> bool(fullbody.observables.spin_precession(run) < 0)
     True
     """
-    view = View(run, body, about, 3, "spin precession", whole=True)
+    view = View(run, body, about, 3, "spin precession", REVOLUTIONS)
     rate, angle = view.turning(view.pole, axis)
     if rate is None:
         raise InvalidInput(
@@ -138,6 +139,12 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> An
     ndarray or Quantity, (K, 3)
         Roll, pitch and yaw in radians, roll and yaw without jumps.
 
+    Raises
+    ------
+    InvalidInput
+        For samples between which the body may turn by more than half a turn in that frame, so that there is no telling
+        which way.
+
     Examples
     --------
     >>> import fullbody
@@ -146,7 +153,9 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> An
     >>> bool(abs(fullbody.observables.roll_pitch_yaw(run)[0]).max() < 1e-12)
     True
     """
-    view = View(run, body, about, 1, "roll, pitch and yaw")
+    what = "roll, pitch and yaw"
+    view = View(run, body, about, 1, what)
+    view.check_rotation(np.linalg.norm(view.relative_spin, axis=1), np.pi, what)
     relative = np.einsum("kji,kjl->kil", _orbit_frame(view), view.matrix)
     if relative[0, 0, 0] < 0.0:
         relative = relative * np.array([-1.0, -1.0, 1.0])
@@ -175,7 +184,9 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a point, and for a body without one longest axis.
+        For a run of less than two revolutions, for a point, for a body without one longest axis, and for one whose
+        longest axis is along the orbit's normal; for samples between which that axis may go by more than a quarter
+        turn.
 
     Notes
     -----
@@ -195,24 +206,34 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
     """
     if (integer(count) or 0) < 1:
         raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
-    view = View(run, body, about, 16, "a libration", whole=True)
+    view = View(run, body, about, 16, "a libration", REVOLUTIONS)
     shape = run.system.bodies[view.body].shape
     if isinstance(shape, PointMass):
         raise InvalidInput(f"{view.name} is a point; it has no axis to librate")
-    axes = [float(getattr(axis, "value", axis)) for axis in shape.semi_axes]
+    axes = [view.units.number(axis, "length", "semi-axis") for axis in shape.semi_axes]
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:
         raise InvalidInput(f"{view.name} has the semi-axes {axes}, no single longest one to librate")
     x, y, _ = np.moveaxis(_orbit_frame(view), 2, 0)
     axis = view.matrix[:, :, longest]
+    across = np.linalg.norm(np.cross(axis, view.normal), axis=1)
+    if np.median(across) < NEAREST:
+        raise InvalidInput(
+            f"the longest axis of {view.name} stays within {across.max():.1g} rad of the orbit's normal; it points "
+            "nowhere in the orbit's plane"
+        )
     # Both ends of the axis count alike.
+    view.check_rotation(np.linalg.norm(np.cross(view.relative_spin, axis), axis=1), np.pi / 2, "a libration")
     angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
+    swing = float(np.ptp(angle) / 2)
+    if swing > np.pi / 2:
+        return Libration(view.span(view.time), view.angle(angle), None, view.rate(np.zeros(0)), view.angle(np.zeros(0)))
     frequencies, amplitudes = signal.lines(view.time, angle, count)
     return Libration(
         view.span(view.time),
         view.angle(angle),
-        view.angle(np.float64(np.ptp(angle) / 2)),
+        view.angle(np.float64(swing)),
         view.rate(frequencies),
         view.angle(amplitudes),
     )

@@ -117,12 +117,20 @@ def facts(results: Results) -> Facts:
         sine=math.sin(math.pi / 4) / math.sin(math.pi / 16),
         rounded_g={shape: numbers.period / math.sqrt(_ROUNDED_G) for shape, numbers in results.year.items()},
         energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
-        retrograde=results.physical[0].pole[1],
+        retrograde=_tilt(state),
         nodal={shape: _nodal(results.nodal[shape], paper.KW4[shape].inclination_period) for shape in results.nodal},
         scanned=" and ".join(
             f"{side.min():.0f} to {side.max():.0f}" if len(side) > 1 else f"{side[0]:.0f}" for side in sides
         ),
     )
+
+
+def _tilt(state: Any) -> float:
+    """Angle between Alpha's pole and the orbit's normal, degrees."""
+    normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
+    pole = state.rotation_matrix[0] @ state.spin[0]
+    cosine = normal @ pole / np.linalg.norm(normal) / np.linalg.norm(pole)
+    return math.degrees(math.acos(cosine))
 
 
 def _nodal(by_slope: Any, printed: float) -> Nodal:

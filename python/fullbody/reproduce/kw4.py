@@ -114,7 +114,7 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> _Array:
     """Range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
     run = system.integrate(state, paper.KW4_SPIN_HOURS, output=spacing, integrator=integrator)
-    spin = run._record["spin"][:, 1] * (1e5 / 3600.0)
+    spin = np.asarray(getattr(run.spin, "value", run.spin))[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
 
 

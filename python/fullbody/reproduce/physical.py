@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import systems
 from ..elements import KeplerElements
+from ..pair import Component, binary
 from ..run import Run
 from ..state import State
 from . import starts
@@ -88,20 +89,15 @@ def states() -> dict[str, tuple[str, Any, State]]:
 
 def _relaxed(system: Any, state: State) -> State:
     """The circular orbit for the force that acts, averaged over a turn of Alpha."""
-    from scipy.spatial.transform import Rotation
-
-    r = state.position[1] - state.position[0]
-    distance = float(np.linalg.norm(r))
-    turns = [Rotation.from_euler("z", x).as_quat(scalar_first=True) for x in np.arange(16) * np.pi / 16]
-    pulls = [system.interactions(state.replace(attitude=[q, [1, 0, 0, 0]])).force[0] @ r / distance for q in turns]
-    m = [body.mass for body in system.bodies]
-    speed = np.sqrt(distance * np.mean(pulls) * (1 / m[0] + 1 / m[1]))
-    share = np.array([-m[1], m[0]])[:, None] / sum(m)
-    return state.replace(
-        velocity=share * np.array([0.0, speed, 0.0]),
-        attitude=[[1, 0, 0, 0], [1, 0, 0, 0]],
-        spin=[state.spin[0], [0.0, 0.0, speed / distance]],
-    )
+    alpha, beta = system.bodies
+    rotation = 2 * np.pi / state.spin[0, 2]
+    return binary(
+        Component(semi_axes=alpha.shape.semi_axes, mass=alpha.mass, rotation_period=rotation),
+        Component(semi_axes=beta.shape.semi_axes, mass=beta.mass),
+        semi_major_axis=np.linalg.norm(state.position[1] - state.position[0]),
+        elements="mean",
+        G=system.G,
+    )[1]
 
 
 def _excited(system: Any, state: State) -> State:
@@ -124,8 +120,7 @@ def motions() -> list[Motion]:
         run = system.integrate(state, HOURS, output=0.1)
         orbit = run.elements()
         swing = libration(run)
-        # Beyond a quarter turn the other end of the axis is nearer.
-        amplitude = float(np.rad2deg(swing.amplitude)) if np.ptp(swing.angle) < np.pi else float("nan")
+        amplitude = float("nan") if swing.amplitude is None else float(np.rad2deg(swing.amplitude))
         spin = run.spin[:, 1] * 1e5 / 3600.0
         pole = np.rad2deg(obliquity(run, body=0, about=1))
         found.append(

@@ -65,9 +65,10 @@ class _Judge:
 
     def cpu(self, key: str, printed: float, ours: float) -> None:
         """A CPU time."""
-        ratio = float(f"{printed / ours:.1g}")
-        word: Word = "faster" if ours < printed else "slower"
-        self.found[key] = (f"{ours:.2g} s: about {ratio:g} times less", word, "Another machine, another program.")
+        less = ours < printed
+        ratio = float(f"{max(printed / ours, ours / printed):.1g}")
+        text = f"{ours:.2g} s: about {ratio:g} times {'less' if less else 'more'}"
+        self.found[key] = (text, "faster" if less else "slower", "Another machine, another program.")
 
 
 def as_printed(value: float, printed: str) -> str:
