@@ -142,7 +142,10 @@ def binary(
     for component in (primary, secondary):
         if not isinstance(component, Component):
             raise InvalidInput(f"{component!r} is no Component; expected fullbody.Component(...)")
-    refuse_unknown(options, [*options_of(binary), *options_of(System)], "binary")
+    own = options_of(binary)
+    refuse_unknown(options, [*own, *(o for o in options_of(System) if o not in (*own, "bodies"))], "binary")
+    if "bodies" in options:
+        raise InvalidInput("'bodies' is no option of binary, which makes them; expected primary and secondary")
     if at_rest not in ("barycentre", "primary"):
         raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
     if elements not in (None, "osculating", "mean"):
@@ -151,6 +154,17 @@ def binary(
         elements = "osculating" if period is None else "mean"
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
+    swing = _angle(libration, "libration")
+    if abs(swing) > 2 * np.pi:
+        raise InvalidInput(f"libration is {libration!r}; expected radians, a turn at most, or a Quantity")
+    if swing != 0.0 and not synchronous:
+        raise InvalidInput(
+            f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
+        )
+    if synchronous and _angle(secondary.rotation_angle, "rotation_angle") != 0.0:
+        raise InvalidInput(
+            f"rotation_angle is {secondary.rotation_angle!r} of a secondary that is synchronous; expected libration="
+        )
     if G is None and not units:
         given = (total_mass, period, semi_major_axis, *_dimensional(primary), *_dimensional(secondary))
         if any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given):
@@ -190,7 +204,7 @@ def binary(
     mu = gravity * sum(found.masses)
     r = orbit(found.semi_major_axis, mu)[0]
     plane = _rotation.product(_rotation.turn(2, node), _rotation.turn(0, inclination))
-    locked = pointing(secondary, plane, -r) + _angle(libration, "libration") if synchronous else None
+    locked = pointing(secondary, plane, -r) + swing if synchronous else None
     attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, locked)])
     rates = [rate(component, convert, name) for component, name in zip(pair, system.names, strict=True)]
     _refuse_overlap(system, r, attitudes)

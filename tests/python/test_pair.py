@@ -448,6 +448,26 @@ def test_orbits_that_do_not_close(eccentricity, kind):
         binary(first, second, G=1.0, semi_major_axis=5.0, eccentricity=eccentricity, elements=kind)
 
 
+def test_what_would_be_ignored_is_refused():
+    first, second = Component(**BIG, mass=3.0), {**SMALL, "mass": 1.0}
+    for options, part, what in (
+        (
+            {"synchronous": False, "libration": 0.5},
+            {"rotation_period": 2.0},
+            r"libration is 0\.5 of a secondary that is not",
+        ),
+        (
+            {},
+            {"rotation_angle": 1.0},
+            r"rotation_angle is 1\.0 of a secondary that is synchronous; expected libration=",
+        ),
+        ({"libration": 10}, {}, "libration is 10; expected radians, a turn at most"),
+        ({"bodies": []}, {}, "'bodies' is no option of binary"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            binary(first, Component(**second, **part), G=1.0, semi_major_axis=5.0, **options)
+
+
 def test_unknown_options_are_named():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     with pytest.raises(fullbody.InvalidInput, match=r"'peroid' is no option of binary; did you mean 'period'\?"):

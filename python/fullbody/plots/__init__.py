@@ -85,13 +85,14 @@ class Plots:
         return orbit(self._run, ax, primary=self._place(primary, "primary"), plane=plane, shapes=shapes, **kwargs)
 
     def elements(
-        self, axes: Any = None, *, mu: Any = None, primary: int | str = 0, secondary: int | str = 1, **kwargs: Any
+        self, ax: Any = None, *, mu: Any = None, primary: int | str = 0, secondary: int | str = 1, **kwargs: Any
     ) -> Any:
         """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
 
         Parameters
         ----------
-        axes : array of six matplotlib Axes, optional
+        ax : array of six matplotlib Axes, optional
+            Under the name ``axes`` too.
         mu, primary, secondary
             As for :meth:`fullbody.Run.elements`.
         **kwargs
@@ -104,17 +105,17 @@ class Plots:
         from .elements import elements
 
         places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
-        return elements(self._run, axes, mu=mu, **places, **kwargs)
+        return elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
 
     def spins(
-        self, axes: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
+        self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
     ) -> Any:
         """Angular velocities against time, a panel a body.
 
         Parameters
         ----------
-        axes : array of matplotlib Axes, optional
-            One for each of the bodies.
+        ax : array of matplotlib Axes, optional
+            One for each of the bodies. Under the name ``axes`` too.
         bodies : sequence of int or str, optional
             Places in the system, or names; all of them without it.
         frame : {"body", "inertial"}
@@ -128,15 +129,15 @@ class Plots:
         """
         from .spins import spins
 
-        return spins(self._run, axes, bodies=self._places(bodies), frame=frame, **kwargs)
+        return spins(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs)
 
-    def angles(self, axes: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> Any:
+    def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> Any:
         """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
 
         Parameters
         ----------
-        axes : array of matplotlib Axes, optional
-            Two for each of the bodies.
+        ax : array of matplotlib Axes, optional
+            Two for each of the bodies. Under the name ``axes`` too.
         bodies : sequence of int or str, optional
             Places in the system, or names; all of them without it.
         **kwargs
@@ -148,7 +149,7 @@ class Plots:
         """
         from .angles import angles
 
-        return angles(self._run, axes, bodies=self._places(bodies), **kwargs)
+        return angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
 
     def energy(self, ax: Any = None, **kwargs: Any) -> Any:
         """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.

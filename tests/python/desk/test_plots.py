@@ -303,12 +303,12 @@ def test_given_axes_are_used_and_returned(kw4_run, triple_run):
     assert ax.lines[0].get_linewidth() == 3
     assert kw4_run.plot.energy(ax=plt.figure().add_subplot(), lw=2).lines[0].get_linewidth() == 2
     _, axes = plt.subplots(3, 2)
-    assert kw4_run.plot.elements(axes=axes) is axes
+    assert kw4_run.plot.elements(ax=axes) is axes
     assert axes[0, 0].lines
     _, axes = plt.subplots(3)
-    assert triple_run.plot.spins(axes=axes) is axes
+    assert triple_run.plot.spins(ax=axes) is axes
     _, axes = plt.subplots(2, 2)
-    assert kw4_run.plot.angles(axes=axes) is axes
+    assert kw4_run.plot.angles(ax=axes) is axes
     ax = plt.figure().add_subplot(projection="3d")
     assert kw4_run.plot.scene(ax=ax, alpha=0.5) is ax
     figure = plt.figure(figsize=(12, 10), layout="constrained")
