@@ -83,6 +83,12 @@ class View:
         lost = np.round((by_rate - np.diff(angle)) / (2 * np.pi))
         if lost.any():
             first = int(np.argmax(lost != 0))
+            own = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
+            if (own[first] + own[first + 1]) / 2 * abs(self.time[first + 1] - self.time[first]) < np.pi:
+                raise InvalidInput(
+                    f"the plane of the orbit turns so far from its mean in the run that {what} has no longitude to "
+                    "count by; expected a shorter run"
+                )
             turns = abs(np.diff(angle)[first] / (2 * np.pi) + lost[first])
             ends = [self.units.attach(self.time[k], "time") for k in (first, first + 1)]
             raise InvalidInput(

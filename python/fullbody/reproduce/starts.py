@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from .. import paper, systems
 from ..integrators import SymplecticSplitting, Verner98
-from ..observables import orbit_precession
 from ..state import State
 from . import kw4
 
@@ -316,7 +315,13 @@ def nodal_period(shape: Any, inclinations: _Array) -> _Array:
 
     def period(inclination: float) -> float:
         run = system.integrate(start(state, mu, i=inclination), 6000.0, output=2.0, integrator=_COARSE)
-        return float(abs(2 * np.pi / orbit_precession(run).nodal))
+        # By hand: the plane of a steep orbit turns too far for the longitudes that observables count by.
+        r, v = (x[:, 1] - x[:, 0] for x in (run.position, run.velocity))
+        axis = run.angular_momentum[0] / np.linalg.norm(run.angular_momentum[0])
+        east = np.cross(axis, [1.0, 0.0, 0.0])
+        normal = np.cross(r, v)
+        node = np.unwrap(np.arctan2(normal @ np.cross(axis, east), normal @ east))
+        return float(abs(2 * np.pi / np.polynomial.Polynomial.fit(run.time, node, 1).convert().coef[1]))
 
     with ThreadPoolExecutor() as pool:
         return np.array(list(pool.map(period, inclinations)))
