@@ -17,7 +17,7 @@ from .run import Run
 from .state import State
 from .system import System
 
-__all__ = ["from_dataset", "to_dataset"]
+__all__ = ["asked_for", "check_finite", "from_dataset", "to_dataset"]
 
 #: Variables: dimensions after the event's, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -71,14 +71,29 @@ def to_dataset(
     return variables, coordinates, text
 
 
-def from_dataset(dataset: Any, system: System) -> list[Occurrence]:
+def asked_for(text: str) -> list[Event]:
+    """The events that were asked for, from JSON."""
+    return [_rebuild(described) for described in json.loads(text)]
+
+
+def check_finite(values: Any, name: str) -> None:
+    """Refuse a variable of a file that is not numbers throughout."""
+    if not np.isfinite(values).all():
+        place = tuple(np.argwhere(~np.isfinite(values))[0].tolist())
+        raise InvalidInput(f"{name}{list(place)} is {values[place]}; expected finite numbers")
+
+
+def from_dataset(dataset: Any, system: System, asked: list[Event]) -> list[Occurrence]:
     """The events of a dataset; none in files that keep none."""
-    asked = [_rebuild(described) for described in json.loads(dataset.attrs.get("fullbody_events", "[]"))]
     if not asked:
         return []
     record = {name: np.array(dataset[f"event_{name}"].values, dtype=np.float64, order="C") for name in _VARIABLES}
+    for name, values in record.items():
+        check_finite(values, f"event_{name}")
     happened = []
     for k, place in enumerate(dataset["event_asked"].values):
+        if not 0 <= place < len(asked):
+            raise InvalidInput(f"event_asked has {place}; expected 0 to {len(asked) - 1}, a place in fullbody_events")
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
         state = State._wrap(core, system._units)

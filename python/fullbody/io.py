@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _occurrences
+from ._arguments import integer
 from ._files import check_suffix, replacing
 from ._units import need
 from .errors import InvalidInput
@@ -33,6 +37,10 @@ _COORDINATES = {
     "part": ["total", "translational", "rotational", "potential"],
 }
 _FORMAT = 1
+#: Variables that a state needs finite.
+_FINITE = ("time", "position", "velocity", "attitude", "spin")
+#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it.
+_TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -115,8 +123,19 @@ def save(run: Run, path: Any) -> None:
     check_suffix(path, SUFFIXES)
     netcdf()
     dataset = run.to_xarray()
+    dataset.attrs["fullbody_checksum"] = _checksum(dataset)
+    encoding = {name: _protected(of) for name, of in dataset.variables.items() if of.dtype.kind in "fi"}
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf")
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+
+
+def _protected(variable: Any) -> dict[str, Any]:
+    """Settings that add checksums of HDF5's own, checked whenever the numbers are read, by whatever program."""
+    if not variable.size:
+        return {"fletcher32": True}
+    # Pieces of whole rows, about a megabyte each: left to itself, HDF5 cuts rows too, which takes longer to write.
+    rows = min(len(variable), max(1, 2**20 * len(variable) // variable.nbytes))
+    return {"fletcher32": True, "chunksizes": (rows, *variable.shape[1:])}
 
 
 def load(path: Any) -> Run:
@@ -143,12 +162,7 @@ def load(path: Any) -> Run:
     path = Path(path)
     try:
         _check_signature(path)
-        try:
-            with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
-                dataset.load()
-        except (OSError, RuntimeError, KeyError) as error:
-            raise InvalidInput("it is truncated or damaged") from error
-        return _run(dataset)
+        return _run(_dataset(xr, path))
     except KeyError as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: it has no {error}") from error
     except (TypeError, ValueError) as error:
@@ -173,26 +187,80 @@ def _check_signature(path: Path) -> None:
         raise InvalidInput("it is not a NetCDF file")
 
 
-def _run(dataset: Any) -> Run:
-    """The run in a dataset."""
+def _dataset(xr: Any, path: Path) -> Any:
+    """All of a file, in memory."""
+    import h5py  # type: ignore[import-untyped]
+
+    try:
+        # By itself, since h5netcdf prints a second error where a file fails here.
+        with h5py.File(path, "r") as file:
+            dict(file.attrs)
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+            return dataset.load()
+    except MemoryError:
+        raise
+    except Exception as error:
+        # Of any kind: three libraries meet a damaged file each in ways of their own.
+        raise InvalidInput("it is truncated or damaged") from error
+
+
+@contextmanager
+def _attribute(name: str) -> Iterator[None]:
+    """A context whose errors name the attribute that is read in it."""
+    try:
+        yield
+    except json.JSONDecodeError as error:
+        raise InvalidInput(f"attribute {name} is no JSON: {error}") from error
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"attribute {name}: {error}") from error
+
+
+def _checksum(dataset: Any) -> str:
+    texts = "\n".join(str(dataset.attrs.get(name)) for name in _TEXTS)
+    return f"{zlib.crc32(texts.encode()):08x}"
+
+
+def _check_attributes(dataset: Any) -> None:
+    """Refuse attributes that are missing, of another format or altered."""
     for name in ("fullbody_format", "fullbody_setup", "fullbody_statistics"):
         if name not in dataset.attrs:
             raise InvalidInput(f"it has no attribute {name}")
+    written = integer(dataset.attrs["fullbody_format"])
+    if written is None or written < 1:
+        found = dataset.attrs["fullbody_format"]
+        raise InvalidInput(f"attribute fullbody_format is {found!r}; expected a whole number above zero")
+    if written > _FORMAT:
+        raise InvalidInput(f"a newer fullbody wrote it, {dataset.attrs.get('fullbody_version')}")
+
+
+def _run(dataset: Any) -> Run:
+    """The run in a dataset."""
+    _check_attributes(dataset)
     for name in ("time", *_VARIABLES):
         if name not in dataset.variables:
             raise InvalidInput(f"it has no variable {name}")
-    if dataset.attrs["fullbody_format"] > _FORMAT:
-        raise InvalidInput(f"a newer fullbody wrote it, {dataset.attrs['fullbody_version']}")
-    system, integrator = _restore(json.loads(dataset.attrs["fullbody_setup"]))
-    counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+    with _attribute("fullbody_setup"):
+        system, integrator = _restore(json.loads(dataset.attrs["fullbody_setup"]))
+    with _attribute("fullbody_statistics"):
+        counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
+    # Files of earlier versions have none.
+    if dataset.attrs.get("fullbody_checksum", found := _checksum(dataset)) != found:
+        raise InvalidInput(
+            f"attribute fullbody_checksum does not fit: one of {', '.join(_TEXTS)} has been altered; "
+            "where that was meant, delete fullbody_checksum"
+        )
     record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
     sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
     for name, (dims, _, _) in _VARIABLES.items():
         expected = (len(record["time"]), *(sizes[dim] for dim in dims))
         if record[name].shape != expected:
             raise InvalidInput(f"{name} has shape {record[name].shape}; expected {expected}")
+    for name in _FINITE:
+        _occurrences.check_finite(record[name], name)
     run = Run(system, record, counts, integrator)
-    run.events = _occurrences.from_dataset(dataset, system)
+    with _attribute("fullbody_events"):
+        asked = _occurrences.asked_for(dataset.attrs.get("fullbody_events", "[]"))
+    run.events = _occurrences.from_dataset(dataset, system, asked)
     run.stop_reason = dataset.attrs.get("stop_reason", "unknown")
     return run
 

@@ -156,7 +156,8 @@ class Simulation:
         dense : bool
         progress : bool, str or callable
         autosave : (path, seconds), optional
-            Writes the simulation to a file every so many seconds; :meth:`load` goes on from it.
+            Writes the simulation to a file when the run begins, every so many seconds, and when it ends, whatever ends
+            it; :meth:`load` goes on from it. A file that cannot be written ends the run with an OSError.
 
         Returns
         -------
@@ -173,6 +174,8 @@ class Simulation:
         if autosave is not None:
             path, seconds = _autosave(autosave)
             keep = (seconds, lambda data: self._write(path, data))
+            # A place that cannot be written in is known now, not when the first file is due.
+            self.save(path)
         before = self._core.statistics
         with _Bar(progress) as report:
             record, error = self._core.integrate(end, spacing, times, described, bool(dense), report, keep)
@@ -185,6 +188,12 @@ class Simulation:
         ]
         run.dense = None if solution is None else Dense(self._system, solution)
         run.stop_reason = reason
+        if autosave is not None:
+            try:
+                self.save(path)
+            except OSError as unwritten:
+                # What ended the run before that is told instead.
+                error = unwritten if error is None else error
         if error is None:
             return run
         if isinstance(error, KeyboardInterrupt):
@@ -317,8 +326,6 @@ def _autosave(autosave: Any) -> tuple[Path, float]:
         raise InvalidInput(f"autosave is {autosave!r}; expected (path, seconds)") from error
     if not 0.0 <= seconds < 1e9:
         raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"no folder {path.parent} to write {path.name} in")
     return path, seconds
 
 

@@ -1,10 +1,15 @@
 """Runs as files and datasets: exact, atomic, with units; what cannot be read says which file."""
 
+import gc
+import sys
+from pathlib import Path
+
 import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import Body, Ellipsoid, PointMass, Sphere
+from fullbody._files import replacing
 
 NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum", "potential_energy")
 
@@ -144,6 +149,13 @@ def damaged(kind, path):
             del dataset.attrs["fullbody_format"]
         elif kind == "newer":
             dataset.attrs["fullbody_format"] = 99
+        elif kind.startswith("junk "):
+            dataset.attrs[kind.removeprefix("junk ")] = "junk{"
+        elif kind.startswith("not finite "):
+            name = kind.removeprefix("not finite ")
+            values = dataset[name].values.copy()
+            values[(3,) + (1,) * (values.ndim - 1)] = np.inf if name == "spin" else np.nan
+            dataset[name] = (dataset[name].dims, values)
         elif kind == "wrong shape":
             dataset = dataset.drop_vars("spin").assign(spin=("time", np.zeros(6)))
         elif kind == "text for numbers":
@@ -166,6 +178,15 @@ DAMAGE = {
     "unknown shape": "it has no 'Potato'",
     "no format": "it has no attribute fullbody_format",
     "newer": "a newer fullbody wrote it",
+    "junk fullbody_format": "attribute fullbody_format is 'junk{'; expected a whole number above zero",
+    "junk fullbody_setup": "attribute fullbody_setup is no JSON: Expecting value",
+    "junk fullbody_statistics": "attribute fullbody_statistics is no JSON: Expecting value",
+    "junk fullbody_events": "attribute fullbody_events is no JSON: Expecting value",
+    "not finite time": r"time\[3\] is nan; expected finite numbers",
+    "not finite position": r"position\[3, 1, 1\] is nan; expected finite numbers",
+    "not finite velocity": r"velocity\[3, 1, 1\] is nan; expected finite numbers",
+    "not finite attitude": r"attitude\[3, 1, 1\] is nan; expected finite numbers",
+    "not finite spin": r"spin\[3, 1, 1\] is inf; expected finite numbers",
     "wrong shape": r"spin has shape \(6,\); expected \(6, 2, 3\)",
     "text for numbers": "",
 }
@@ -232,3 +253,165 @@ def test_an_interrupted_run_can_be_saved(tmp_path):
         system.integrate(fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3))), 100.0)
     caught.value.run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc") == caught.value.run
+
+
+def test_an_altered_number_is_refused(tmp_path):
+    """A flipped bit in each variable's numbers, wherever they lie in the file."""
+    run = small_run()
+    path = tmp_path / "run.nc"
+    run.save(path)
+    data = path.read_bytes()
+    for values in run._record.values():
+        where = data.index(values.tobytes())
+        for offset in (0, values.nbytes // 2, values.nbytes - 1):
+            altered = bytearray(data)
+            altered[where + offset] ^= 1
+            path.write_bytes(altered)
+            with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not .*: it is truncated or damaged"):
+                fullbody.load(path)
+
+
+def test_an_altered_byte_never_gives_another_run(tmp_path):
+    run = small_run()
+    path = tmp_path / "run.nc"
+    run.save(path)
+    data = path.read_bytes()
+    random = np.random.default_rng(1)
+    for place in random.integers(len(data), size=40):
+        altered = bytearray(data)
+        altered[place] ^= int(random.integers(1, 256))
+        path.write_bytes(altered)
+        try:
+            again = fullbody.load(path)
+        except fullbody.InvalidInput:
+            continue
+        assert again == run, place
+
+
+@pytest.mark.parametrize(("old", "new"), [(b'"mass": ', b'"maff": '), (b'"G": 1.0', b'"G": 2.0')])
+def test_an_altered_setup_is_refused(old, new, tmp_path):
+    path = tmp_path / "run.nc"
+    small_run().save(path)
+    data = path.read_bytes()
+    assert old in data
+    path.write_bytes(data.replace(old, new))
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"run\.nc is not .*(it has no 'mass'|fullbody_checksum does not fit)"
+    ):
+        fullbody.load(path)
+
+
+def test_files_without_checksums_load(tmp_path):
+    """As earlier versions and other programs write them."""
+    run = small_run()
+    run.to_xarray().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    assert fullbody.load(tmp_path / "old.nc") == run
+
+
+def test_a_file_edited_with_xarray_loads(tmp_path):
+    import xarray as xr
+
+    run = small_run()
+    run.save(tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as dataset:
+        assert dataset.position.encoding["fletcher32"]
+        few = dataset.isel(time=slice(1, 3)).assign(mine=("time", [1.0, 2.0])).assign_attrs(title="mine")
+        few.to_netcdf(tmp_path / "few.nc", engine="h5netcdf")
+        dataset.isel(time=slice(0)).to_netcdf(tmp_path / "none.nc", engine="h5netcdf")
+    assert fullbody.load(tmp_path / "few.nc") == run[1:3]
+    assert len(fullbody.load(tmp_path / "none.nc")) == 0
+
+
+def test_a_damaged_file_is_told_once(tmp_path, monkeypatch):
+    """Nothing on standard error from objects that the libraries left half made."""
+    ignored = []
+    monkeypatch.setattr(sys, "unraisablehook", ignored.append)
+    path = tmp_path / "run.nc"
+    small_run().save(path)
+    data = path.read_bytes()
+    # The header of the outermost group.
+    path.write_bytes(data.replace(b"OHDR", b"XHDR", 1))
+    with pytest.raises(fullbody.InvalidInput, match="it is truncated or damaged"):
+        fullbody.load(path)
+    gc.collect()
+    assert ignored == []
+
+
+# Places that cannot be written
+
+
+def forbid(monkeypatch):
+    """As in a folder where nobody may make a file; the tests may run as a user whom nothing is forbidden."""
+
+    def refuse(path, *_, **__):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "touch", refuse)
+
+
+WRITERS = {
+    "run.nc": lambda run, path: run.save(path),
+    "run.sim": lambda run, path: fullbody.Simulation(*fullbody.systems.case1()).save(path),
+    "film.gif": lambda run, path: run.animate(path, seconds=0.1, fps=10, size=(1, 1), dpi=20),
+    "film.html": lambda run, path: run.animate(path, seconds=0.1, fps=10, size=(1, 1), dpi=20),
+    "view.html": lambda run, path: run.view().save_html(path),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.filterwarnings("ignore:.*turns between two")
+def test_a_place_that_cannot_be_written_is_named_as_it_was_given(name, tmp_path, monkeypatch):
+    run, path = small_run(), tmp_path / name
+    path.mkdir()
+    with pytest.raises(IsADirectoryError) as caught:
+        WRITERS[name](run, path)
+    assert str(caught.value) == f"[Errno 21] Is a directory: '{path}'"
+    path.rmdir()
+    forbid(monkeypatch)
+    with pytest.raises(PermissionError) as caught:
+        WRITERS[name](run, path)
+    assert str(caught.value) == f"[Errno 13] Permission denied: '{path}'"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda path: PermissionError(13, "Permission denied", str(path)),
+        lambda path: OSError(
+            f"unable to create file (name = '{path}', errno = 13, error message = 'Permission denied')"
+        ),
+        lambda path: OSError(f"unable to create file (name = '{path}')"),
+        lambda path: OSError(28, "No space left on device"),
+    ],
+    ids=["python", "hdf5", "unnumbered", "nameless"],
+)
+def test_errors_while_writing_name_the_wanted_path(error, tmp_path):
+    path = tmp_path / "run.nc"
+    with pytest.raises(OSError, match=r"run\.nc") as caught, replacing(path) as temporary:
+        raise error(temporary)
+    assert str(path) in str(caught.value)
+    assert temporary.name not in str(caught.value)
+    assert "HDF5" not in str(caught.value)
+    if "Permission" in str(error(path)):
+        assert type(caught.value) is PermissionError
+    # Errors about other files stay as they are.
+    other = FileNotFoundError(2, "No such file or directory", "ffmpeg")
+    with pytest.raises(FileNotFoundError) as caught, replacing(path):
+        raise other
+    assert caught.value is other
+
+
+def test_a_file_that_hdf5_cannot_make(tmp_path, monkeypatch):
+    """HDF5's own text, from a folder that vanishes between the first look and the writing."""
+    folder = tmp_path / "folder"
+    folder.mkdir()
+
+    def vanish(path, *_, **__):
+        folder.rmdir()
+
+    monkeypatch.setattr(Path, "touch", vanish)
+    monkeypatch.setattr(Path, "unlink", lambda *_, **__: None)
+    with pytest.raises(FileNotFoundError) as caught:
+        small_run().save(folder / "run.nc")
+    assert str(caught.value) == f"[Errno 2] No such file or directory: '{folder / 'run.nc'}'"

@@ -288,3 +288,103 @@ def test_rebound_refuses_what_we_lack():
     sim.add(a=1.0)
     with pytest.raises(fullbody.InvalidInput, match="particle 1"):
         fullbody.from_rebound(sim)
+
+
+def sun_and_earth(*units):
+    """Orbiting in a year, in astronomical units."""
+    sim = rebound.Simulation()
+    if units:
+        sim.units = units
+    else:
+        sim.G = 4 * np.pi**2
+    sim.add(m=1.0, r=0.00465, name="Sun")
+    sim.add(m=3e-6, a=1.0)
+    sim.t = 0.25
+    return sim
+
+
+def test_rebound_units_make_quantities_of_the_same_numbers():
+    system, state = fullbody.from_rebound(sun_and_earth(), units=("au", "yr", "solMass"))
+    # Once around in a year: v = 2 pi au / yr is 29.785 km/s.
+    np.testing.assert_allclose(state.velocity[1, 1].to_value(u.km / u.s), 29.785, rtol=1e-4)
+    assert state.position[1, 0] == 1.0 * u.au
+    assert state.time == 0.25 * u.yr
+    assert (state.spin == 0.0 * u.rad / u.yr).all()
+    np.testing.assert_allclose(system.masses[1].to_value(u.kg), 5.97e24, rtol=1e-2)
+    # Simulations without units: km, hour, kg, as for a System.
+    assert fullbody.from_rebound(sun_and_earth(), units=True)[1].position.unit == u.km
+    for none in (None, False):
+        assert type(fullbody.from_rebound(sun_and_earth(), units=none)[1].position) is np.ndarray
+
+
+def test_rebound_own_units_are_not_relabelled():
+    sim = sun_and_earth("AU", "yr", "Msun")
+    for wrong in (("km", "hour", "kg"), ("au", "yr", "kg"), ("au", "day", "solMass")):
+        with pytest.raises(
+            fullbody.InvalidInput, match=rf"'{wrong[2]}|solMass'.*own, \('au', 'yr', 'msun'\); expected"
+        ):
+            fullbody.from_rebound(sim, units=wrong)
+    assert fullbody.from_rebound(sim)[0].units is None
+    system, state = fullbody.from_rebound(sim, units=True)
+    assert [u.Unit(name) for name in system.units] == [u.au, u.yr, u.Msun]
+    assert (system, state) == fullbody.from_rebound(sim, units=("au", "yr", "M_sun"))
+    np.testing.assert_allclose(system.G.to_value("m3 / (kg s2)"), 6.674e-11, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("length", "time", "mass"),
+    [
+        ("m", "s", "kg"),
+        ("cm", "hr", "g"),
+        ("km", "day", "msun"),
+        ("au", "yr", "mearth"),
+        ("pc", "kyr", "mjupiter"),
+        ("au", "gyr", "msun"),
+    ],
+)
+def test_rebound_units_are_those_of_astropy(length, time, mass):
+    """The sizes of rebound's own table, within what the two packages' constants differ."""
+    from rebound import units as table
+
+    sim = rebound.Simulation()
+    sim.units = (length, time, mass)
+    sim.add(m=1.0)
+    sizes = (table.lengths_SI[length], table.times_SI[time], table.masses_SI[mass])
+    units = fullbody.from_rebound(sim, units=True)[0].units
+    for name, size, si in zip(units, sizes, ("m", "s", "kg"), strict=True):
+        np.testing.assert_allclose(u.Unit(name).to(si), size, rtol=1e-4)
+
+
+def test_rebound_units_without_a_name_are_refused():
+    sim = sun_and_earth("AU", "yr2pi", "Msun")
+    with pytest.raises(fullbody.InvalidInput, match="'yr2pi', which astropy has no name for; expected one of s, hour"):
+        fullbody.from_rebound(sim, units=True)
+    with pytest.raises(fullbody.InvalidInput, match="'yr2pi'"):
+        fullbody.from_rebound(sim, units=("au", "yr", "solMass"))
+    # A sidereal year is not a Julian one.
+    with pytest.raises(fullbody.InvalidInput, match="'sidereal_yr'"):
+        fullbody.from_rebound(sun_and_earth("AU", "sidereal_yr", "Msun"), units=("au", "yr", "solMass"))
+    assert fullbody.from_rebound(sim)[0].G == sim.G
+
+
+def test_rebound_names_go_there_and_back():
+    names = ["Größe 1999 KW₄", None, "probe"]
+    system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in names], G=1.0)
+    state = fullbody.State([[0, 0, 0], [1, 0, 0], [5, 0, 0]], np.zeros((3, 3)))
+    sim = fullbody.to_rebound(system, state)
+    assert [particle.name for particle in sim.particles] == names
+    assert [body.name for body in fullbody.from_rebound(sim)[0].bodies] == names
+
+
+def test_rebound_wrong_arguments_are_named():
+    system, state = fullbody.systems.case1()
+    one = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
+    with pytest.raises(fullbody.InvalidInput, match="number of bodies in the state is 1; expected 2"):
+        fullbody.to_rebound(system, one)
+    with pytest.raises(fullbody.InvalidInput, match=r"system is 3; expected a System"):
+        fullbody.to_rebound(3, state)
+    with pytest.raises(fullbody.InvalidInput, match=r"state is 4; expected a State"):
+        fullbody.to_rebound(system, 4)
+    for wrong in (3, None, "sim", [rebound.Simulation()]):
+        with pytest.raises(fullbody.InvalidInput, match=r"sim is .*; expected a rebound\.Simulation"):
+            fullbody.from_rebound(wrong)

@@ -289,7 +289,8 @@ def test_a_killed_run_goes_on_from_its_file(tmp_path):
     try:
         assert process.stdout.readline().strip() == b"begun"
         deadline = time.monotonic() + 30
-        while not path.exists() and time.monotonic() < deadline and process.poll() is None:
+        # The first file is of the start.
+        while not (path.exists() and fullbody.Simulation.load(path).time > 0.0) and time.monotonic() < deadline:
             time.sleep(0.01)
     finally:
         process.send_signal(signal.SIGKILL)
@@ -314,19 +315,95 @@ def test_autosave_does_not_change_the_run(tmp_path):
     plain = system.integrate(state, 2000.0, output=100.0)
     saved = system.integrate(state, 2000.0, output=100.0, autosave=(tmp_path / "a.sim", 0.0))
     assert plain == saved
-    assert [path.name for path in tmp_path.iterdir()] in ([], ["a.sim"])
+    assert [path.name for path in tmp_path.iterdir()] == ["a.sim"]
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1e8])
+def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
+    system, state = CASE1
+    path = tmp_path / "a.sim"
+    times = []
+
+    def look(state):
+        times.append(fullbody.Simulation.load(path).time)
+        return 1.0
+
+    sim = fullbody.Simulation(system, state)
+    sim.integrate(1.0, events=[fullbody.events.Function(look)], autosave=(path, seconds))
+    assert times[0] == 0.0
+    assert same(fullbody.Simulation.load(path), sim)
+    assert sim.time == 1.0
+
+    # By an event, by an error.
+    near = fullbody.events.Separation(0, 1, 7.9, terminal=True)
+    assert sim.integrate(60.0, events=[near], autosave=(path, seconds)).stop_reason == "event"
+    assert fullbody.Simulation.load(path).time == sim.time < 60.0
+
+    def fail(state):
+        return 1.0 if state.time < 30.0 else 1 / 0
+
+    with pytest.raises(ZeroDivisionError):
+        sim.integrate(60.0, events=[fullbody.events.Function(fail)], autosave=(path, seconds))
+    assert same(fullbody.Simulation.load(path), sim)
+    assert 30.0 <= sim.time < 60.0
+
+
+def test_autosave_of_an_interrupted_run(tmp_path):
+    sim = fullbody.Simulation(*KW4)
+
+    def stop(start, now, end):
+        if now > 0.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(fullbody.Interrupted) as caught:
+        sim.integrate(1e9, output=[1e9], progress=stop, autosave=(tmp_path / "a.sim", 1e8))
+    loaded = fullbody.Simulation.load(tmp_path / "a.sim")
+    assert same(loaded, sim)
+    assert loaded.time > 0.0
+    assert caught.value.run.stop_reason == "interrupted"
+
+
+def test_autosave_that_cannot_be_written_is_told_before_the_run(tmp_path):
+    sim = fullbody.Simulation(*KW4)
+    (tmp_path / "a.sim").mkdir()
+    with pytest.raises(IsADirectoryError, match=r"a\.sim"):
+        sim.integrate(1e9, output=[1e9], autosave=(tmp_path / "a.sim", 1e8))
+    assert sim.time == 0.0
+
+
+def test_a_last_autosave_that_fails_leaves_the_run(tmp_path, monkeypatch):
+    system, state = CASE1
+    write, written = Path.write_bytes, []
+
+    def once(path, data):
+        if written:
+            raise OSError(28, "No space left on device")
+        written.append(write(path, data))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", once)
+        with pytest.raises(OSError, match=r"No space left on device: .*a\.sim") as caught:
+            system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", 1e8))
+    assert caught.value.run == system.integrate(state, 1.0)
+    assert fullbody.Simulation.load(tmp_path / "a.sim").time == 0.0
 
 
 def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
+    write, written = Path.write_bytes, []
+
     def full(path, data):
-        raise OSError(28, "No space left on device")
+        # The first file, of the start, still fits.
+        if written:
+            raise OSError(28, "No space left on device")
+        written.append(write(path, data))
 
     sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(gravity="surface"))
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", full)
         with pytest.raises(OSError, match="No space"):
             sim.integrate(1e9, output=[1e9], autosave=(tmp_path / "a.sim", 0.0))
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["a.sim"]
+    assert fullbody.Simulation.load(tmp_path / "a.sim").time == 0.0
     # The simulation is where it stopped, and usable.
     now = sim.time
     assert 0.0 < now < 1e9

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
 from .. import tables
+from ..errors import FullbodyError
 from ..io import load
 from ..toml_setup import read_toml
 
@@ -18,7 +20,8 @@ def register(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "info",
         help="what a recorded run or a system.toml holds",
-        description="Print what a recorded run (NetCDF) or a system.toml holds.",
+        description="Print what a recorded run (NetCDF) or a system.toml holds. Files that cannot be read are named, "
+        "the others shown.",
     )
     parser.add_argument("files", nargs="+", metavar="file", type=Path)
     parser.set_defaults(run=run)
@@ -26,12 +29,22 @@ def register(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    for place, path in enumerate(arguments.files):
-        if place:
+    shown = failed = 0
+    for path in arguments.files:
+        try:
+            text = of_toml(path) if path.suffix.lower() == ".toml" else of_run(path)
+        except (FullbodyError, ImportError, OSError) as error:
+            # In order also where both streams go to one place.
+            sys.stdout.flush()
+            print(f"fullbody: {error}", file=sys.stderr)
+            failed += 1
+            continue
+        if shown:
             print()
         print(path)
-        print(of_toml(path) if path.suffix.lower() == ".toml" else of_run(path))
-    return 0
+        print(text)
+        shown += 1
+    return 1 if failed else 0
 
 
 def of_run(path: Path) -> str:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .._files import check_suffix
+from .._files import check_place, check_suffix
 from ..errors import FullbodyError, Interrupted
 from ..io import SUFFIXES, netcdf
 from ..plots._style import matplotlib
@@ -45,8 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
         if path is None:
             continue
         check_suffix(path, suffixes)
-        if not path.parent.is_dir():
-            raise FileNotFoundError(f"no folder {path.parent} to write {path.name} in")
+        check_place(path)
     netcdf()
     if arguments.page is not None:
         matplotlib("figure")

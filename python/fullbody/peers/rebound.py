@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._units import Units
 from ..bodies import Body, PointMass, Sphere
 from ..errors import InvalidInput
 
@@ -16,7 +18,18 @@ if TYPE_CHECKING:
 __all__ = ["from_rebound", "to_rebound"]
 
 
-def from_rebound(sim: Any, **options: Any) -> tuple[System, State]:
+#: Units of rebound that have a name in astropy too.
+_NAMED = (
+    ("m", "cm", "km", "au", "pc"),
+    ("s", "hour", "day", "yr", "kyr", "Myr", "Gyr"),
+    ("kg", "g", "solMass", "earthMass", "jupiterMass"),
+)
+#: How far the same unit may differ between the two; masses of celestial bodies follow from GM with either's own G.
+_ALIKE = (1e-9, 1e-9, 1e-4)
+_KINDS = ("length", "time", "mass")
+
+
+def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System, State]:
     """A system and its state from a ``rebound.Simulation``.
 
     Particles with a radius become spheres, others points; all in the simulation's own units, with its G. Attitudes are
@@ -25,6 +38,10 @@ def from_rebound(sim: Any, **options: Any) -> tuple[System, State]:
     Parameters
     ----------
     sim : rebound.Simulation
+    units : (length, time, mass) or bool, optional
+        What the simulation's numbers are in; nothing is converted. ``True`` for the units it carries (``sim.units``),
+        or for km, hour, kg where it carries none. Results are then Quantities; without this argument they are plain
+        numbers, whether or not it carries units.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -36,7 +53,8 @@ def from_rebound(sim: Any, **options: Any) -> tuple[System, State]:
     Raises
     ------
     InvalidInput
-        For massless particles, which this package does not have, and for a simulation without particles.
+        For massless particles, which this package does not have, for a simulation without particles, and for units
+        other than those it carries.
 
     Examples
     --------
@@ -51,6 +69,11 @@ def from_rebound(sim: Any, **options: Any) -> tuple[System, State]:
     from ..state import State
     from ..system import System
 
+    # Whoever has a simulation has imported the package.
+    rebound = sys.modules.get("rebound")
+    if rebound is None or not isinstance(sim, rebound.Simulation):
+        raise InvalidInput(f"sim is {sim!r}; expected a rebound.Simulation")
+    names = _units(sim, units)
     particles = list(sim.particles)
     if not particles:
         raise InvalidInput("the simulation has no particles; expected one or more")
@@ -61,19 +84,61 @@ def from_rebound(sim: Any, **options: Any) -> tuple[System, State]:
         shape = Sphere(float(particle.r)) if particle.r > 0.0 else PointMass()
         name = getattr(particle, "name", None)
         bodies.append(Body(shape, mass=float(particle.m), name=name if isinstance(name, str) and name else None))
+    system = System(bodies, G=float(sim.G), units=names, **options)
+    attach = system._units.attach
     state = State(
-        position=np.array([particle.xyz for particle in particles]),
-        velocity=np.array([particle.vxyz for particle in particles]),
-        time=float(sim.t),
+        attach(np.array([particle.xyz for particle in particles]), "length"),
+        attach(np.array([particle.vxyz for particle in particles]), "velocity"),
+        None,
+        attach(np.zeros((len(particles), 3)), "spin"),
+        attach(np.float64(sim.t), "time"),
     )
-    return System(bodies, G=float(sim.G), **options), state
+    return system, state
+
+
+def _units(sim: Any, units: Any) -> Any:
+    """Units for the system, refused where they are not the simulation's own."""
+    if units is None or units is False:
+        return None
+    own = tuple(sim.units[kind] for kind in _KINDS)
+    if None in own:
+        return units
+    from rebound import units as known
+
+    sizes = [table[name] for table, name in zip((known.lengths_SI, known.times_SI, known.masses_SI), own, strict=True)]
+    if units is True:
+        return tuple(
+            _named(name, size, names, within)
+            for name, size, names, within in zip(own, sizes, _NAMED, _ALIKE, strict=True)
+        )
+    asked = Units(units)
+    for kind, size, within, si in zip(_KINDS, sizes, _ALIKE, ("m", "s", "kg"), strict=True):
+        if not np.isclose(asked.unit(kind).to(si), size, rtol=within, atol=0.0):
+            raise InvalidInput(
+                f"units is {asked.names}, but the simulation carries its own, {own}; expected the same ones, "
+                "units=True for Quantities in its own, or none for plain numbers"
+            )
+    return units
+
+
+def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
+    """Astropy's name of a unit of rebound, from its size in SI."""
+    from astropy import units as u
+
+    for name in names:
+        if np.isclose(u.Unit(name).si.scale, size, rtol=within, atol=0.0):
+            return name
+    raise InvalidInput(
+        f"the simulation carries the unit {own!r}, which astropy has no name for; expected one of {', '.join(names)}, "
+        "or units left out for plain numbers"
+    )
 
 
 def to_rebound(system: System, state: State) -> Any:
     """A ``rebound.Simulation`` of the bodies as point masses.
 
     Radii are those of the spheres of equal volume. The numbers are in the system's own units, with its G; attitudes
-    and spins are left out.
+    and spins are left out. Particles have the bodies' names where rebound knows names, from its version 5 on.
 
     Parameters
     ----------
@@ -86,6 +151,8 @@ def to_rebound(system: System, state: State) -> Any:
 
     Raises
     ------
+    InvalidInput
+        For a state of another number of bodies.
     ImportError
         Without the package ``rebound``.
 
@@ -101,7 +168,13 @@ def to_rebound(system: System, state: State) -> Any:
     except ImportError as error:
         raise ImportError("to_rebound needs the package rebound: pip install rebound") from error
 
+    from ..system import System
+
+    if not isinstance(system, System):
+        raise InvalidInput(f"system is {system!r}; expected a System")
     core = system._strip(state)
+    if len(state) != len(system):
+        raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")
     sim = rebound.Simulation()
     sim.G = system._G
     sim.t = core.time
@@ -110,5 +183,6 @@ def to_rebound(system: System, state: State) -> Any:
         radius = float(np.cbrt(3.0 / (4.0 * np.pi) * part.volume))
         x, y, z = core.position[index]
         vx, vy, vz = core.velocity[index]
-        sim.add(m=part.mass, r=radius, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
+        named = {"name": body.name} if body.name is not None and hasattr(rebound.Particle, "name") else {}
+        sim.add(m=part.mass, r=radius, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz, **named)
     return sim

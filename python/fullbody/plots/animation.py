@@ -43,6 +43,7 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
         raise InvalidInput(f"seconds is {seconds!r}; expected a number above zero")
     if not isinstance(fps, int) or fps < 1:
         raise InvalidInput(f"fps is {fps!r}; expected a whole number above zero")
+    size, dpi = _dots(size, dpi)
     check_samples(run)
     animation = matplotlib("animation")
     if kind == ".mp4" and not animation.writers.is_available("ffmpeg"):
@@ -84,6 +85,30 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
         if kind == ".html":
             temporary.write_text(_offline(temporary.read_text(encoding="utf-8")), encoding="utf-8")
     return Path(path)
+
+
+def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
+    """Width and height, and dots an inch, that make a picture."""
+    try:
+        width, height = (float(side) for side in size)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"size is {size!r}; expected (width, height) in inches") from error
+    for side in (width, height):
+        if not 0.0 < side < float("inf"):
+            raise InvalidInput(f"size is {size!r}; expected (width, height) in inches, both above zero")
+    try:
+        dots = float(dpi)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"dpi is {dpi!r}; expected a number above zero") from error
+    if not 0.0 < dots < float("inf"):
+        raise InvalidInput(f"dpi is {dpi!r}; expected a number above zero")
+    # Matplotlib draws no more than that.
+    if not 1.0 <= min(width, height) * dots <= max(width, height) * dots < 2.0**16:
+        raise InvalidInput(
+            f"size is {size!r} and dpi is {dpi!r}, pictures of {width * dots:.6g} by {height * dots:.6g} dots; "
+            "expected 1 to 65535 each way"
+        )
+    return (width, height), dots
 
 
 def _offline(page: str) -> str:

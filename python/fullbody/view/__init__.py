@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._files import replacing
+from .._files import check_suffix, replacing
 from ..errors import InvalidInput
 from ..plots._style import check_samples, joined, semi_axes, unit
 from ..plots.between import at, track
@@ -83,12 +83,19 @@ class View:
         Parameters
         ----------
         path : str or Path
+            Ending in ``.html`` or ``.htm``.
 
         Returns
         -------
         Path
             The file.
+
+        Raises
+        ------
+        InvalidInput
+            For another ending.
         """
+        check_suffix(path, (".html", ".htm"))
         with replacing(path) as temporary:
             temporary.write_text(self.to_html(), encoding="utf-8")
         return Path(path)

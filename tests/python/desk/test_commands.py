@@ -97,6 +97,42 @@ def test_info_of_something_else_says_so(tmp_path, capsys):
     assert "is not a readable run of fullbody" in capsys.readouterr().err
 
 
+def test_info_shows_the_others_beside_a_bad_file(description, tmp_path, capsys):
+    main(["run", str(description), "--quiet"])
+    good, bad = description.with_suffix(".nc"), tmp_path / "bad.nc"
+    bad.write_text("not NetCDF")
+    missing = tmp_path / "missing.toml"
+    assert main(["info", str(good), str(bad), str(missing), str(description)]) == 1
+    out, err = capsys.readouterr()
+    first, second = out.split(f"\n\n{description}\n")
+    assert first.startswith(f"{good}\nRun")
+    assert "until       6 h" in second
+    assert [path in line for path, line in zip((str(bad), str(missing)), err.splitlines(), strict=True)] == [True] * 2
+    assert str(bad) not in out
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_run(description, tmp_path, capsys, monkeypatch):
+    def work(*_, **__):
+        raise AssertionError("ran")
+
+    monkeypatch.setattr(fullbody.System, "integrate", work)
+    out = tmp_path / "out.nc"
+    out.mkdir()
+    assert main(["run", str(description), "-o", str(out)]) == 1
+    assert capsys.readouterr().err == f"fullbody: [Errno 21] Is a directory: '{out}'\n"
+    out.rmdir()
+
+    def refuse(path, *_, **__):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    # The tests may run as a user whom nothing is forbidden.
+    monkeypatch.setattr("pathlib.Path.touch", refuse)
+    for option, path in (("-o", out), ("--page", tmp_path / "page.png")):
+        assert main(["run", str(description), option, str(path)]) == 1
+        assert str(tmp_path) in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [description.name]
+
+
 def test_the_module_is_a_command():
     done = subprocess.run([sys.executable, "-m", "fullbody", "--help"], capture_output=True, text=True, check=True)
     assert "run" in done.stdout

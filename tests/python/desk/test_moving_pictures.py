@@ -72,6 +72,25 @@ def test_bad_requests_for_films_are_named(short_run, tmp_path):
         short_run.animate(tmp_path / "film.gif", fps=0)
     with pytest.raises(FileNotFoundError, match="no folder"):
         short_run.animate(tmp_path / "nowhere" / "film.gif")
+    for size in (3, "big", (3.0,), (1, 2, 3), (0.0, 2.0), (np.nan, 2.0), (2.0, np.inf), ("a", "b"), None):
+        with pytest.raises(fullbody.InvalidInput, match=r"size is .*; expected \(width, height\) in inches"):
+            short_run.animate(tmp_path / "film.gif", size=size)
+    for dpi in (np.nan, np.inf, 0.0, -100, "fine", None, (100, 100)):
+        with pytest.raises(fullbody.InvalidInput, match=r"dpi is .*; expected a number above zero"):
+            short_run.animate(tmp_path / "film.gif", dpi=dpi)
+    for size, dpi in (((2.0, 3.0), 0.4), ((2.0, 3.0), 1e5), ((1e9, 1e9), 100)):
+        with pytest.raises(fullbody.InvalidInput, match=r"size is .* and dpi is .*; expected 1 to 65535 each way"):
+            short_run.animate(tmp_path / "film.gif", size=size, dpi=dpi)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["view.txt", "view", "view.html.gz"])
+def test_views_are_pages(short_run, tmp_path, name):
+    with pytest.raises(fullbody.InvalidInput, match=rf"{name}'; expected a name that ends in one of \.html, \.htm"):
+        short_run.view().save_html(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+    for good in ("VIEW.HTML", "view.htm"):
+        assert short_run.view().save_html(tmp_path / good).exists()
 
 
 def test_a_film_that_fails_leaves_the_old_one(short_run, tmp_path, monkeypatch):
