@@ -32,8 +32,13 @@ def test_any_frame_of_astropy_and_none_else():
     # The north galactic pole for J2000: 12h 51m 26.282s, +27d 07' 42.01" (Reid & Brunthaler 2004).
     ra, dec = frames.turn_pole(0.0, np.pi / 2, "galactic", "equatorial")
     np.testing.assert_allclose(np.degrees([ra, dec]), [192.859508, 27.128336], atol=1e-4)
-    with pytest.raises(fullbody.InvalidInput, match="elliptic"):
-        frames.rotation("elliptic", "equatorial")
+    # Of no frame, of an observer, of a time, of a moving origin, of aberrated light.
+    for name in ("elliptic", "altaz", "hadec", "teme", "itrs", "hcrs", "fk4", None, 3):
+        for pair in ((name, "equatorial"), ("ecliptic", name)):
+            with pytest.raises(
+                fullbody.InvalidInput, match=f"{name!r}.*; expected 'ecliptic', 'equatorial' or a frame"
+            ):
+                frames.rotation(*pair)
 
 
 def test_attitude_from_a_pole():

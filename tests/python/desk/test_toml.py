@@ -141,7 +141,7 @@ def test_rates_periods_times_and_starts(tmp_path):
         ('"kg"]', '"km"]', r"system\.units: units has 'km'; expected a unit of mass"),
         ('["km", "hour", "kg"]', '"SI"', r"system\.units: is 'SI'; expected three texts"),
         ('gravity = "surface"', 'gravity = "sponge"', r"system: .*sponge"),
-        ('gravity = "surface"', "order = [1.5, 2]", r"system: an option of the system has the wrong type"),
+        ('gravity = "surface"', "order = [1.5, 2]", r"system: order is \(1\.5, 2\); expected \(n, m\), whole"),
         ("rtol = 1e-12", "rtol = 2.0", r"integrator: rtol is 2.0; expected a number from 0 to below 1"),
         ("rtol = 1e-12", "rtoll = 1.0", r"integrator\.rtoll: is no key .* did you mean 'rtol'\?"),
         ("rtol = 1e-12", 'name = "Euler"', r"integrator\.name: is 'Euler'; expected one of 'Verner98'"),
