@@ -195,8 +195,8 @@ class KeplerElements:
         if origin is None:
             # A guess would turn the elements of an equatorial run by an angle that looks like a result.
             raise InvalidInput(
-                "the frame that these elements are in is not known; expected origin='ecliptic', or another, or elements "
-                "of a run whose system has a frame"
+                "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
+                "elements of a run whose system has a frame"
             )
         plain = KeplerElements._trusted([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
         r, v = plain.to_cartesian(1.0)

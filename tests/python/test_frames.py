@@ -147,7 +147,8 @@ def test_epochs():
 
 
 def test_epoch_and_frame_survive_a_file(tmp_path):
-    system, state = fullbody.systems.case1(epoch="2000-01-01T12:00:00 TT", frame="ecliptic")
+    system, state = fullbody.systems.case1(epoch="2000-01-01T12:00:00 TT")
+    system = system.with_options(frame="ecliptic")
     run = system.integrate(state, 1.0)
     run.save(tmp_path / "run.nc")
     loaded = fullbody.load(tmp_path / "run.nc")
