@@ -91,6 +91,11 @@ class Component(Record):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_component(self))
+
     @property
     def shape(self) -> Ellipsoid:
         """The ellipsoid."""

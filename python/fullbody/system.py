@@ -46,6 +46,11 @@ class Interactions(Record):
     torque: Any
     potential_energy: Any
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_interactions(self))
+
     def __repr__(self) -> str:
         return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
 
@@ -63,6 +68,11 @@ class Energy:
     translational: Any
     rotational: Any
     potential: Any
+
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_energy(self))
 
 
 class System:
