@@ -353,7 +353,9 @@ def test_dense_refuses():
     system, state = CASE1
     run = system.integrate(state, 10.0, dense=True)
     for time in (10.0 + 1e-9, -1e-9, np.nan, np.inf, [1.0, 11.0]):
-        with pytest.raises(fullbody.InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, which the run covers"):
+        with pytest.raises(
+            fullbody.InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, which the run covers"
+        ):
             run(time)
     with pytest.raises(fullbody.InvalidInput, match=r"time has shape \(1, 1\); expected a number or \(K,\)"):
         run([[1.0]])

@@ -75,7 +75,7 @@ def test_elements_turn_like_their_vectors(degrees):
 
 
 def test_elements_of_a_run_are_in_its_frame():
-    """Patroclus' published pole has the right ascension 178 and the declination -74.1 degrees: i is 164.1, Omega 268."""
+    """Patroclus' published pole has the right ascension 178, the declination -74.1 degrees: i is 164.1, Omega 268."""
     system, state = fullbody.systems.patroclus_menoetius(gravity="point")
     elements = system.integrate(state, 2.0, output=1.0).elements()
     assert elements.frame == elements[0].frame == "equatorial"
