@@ -150,6 +150,8 @@ class Units:
     """
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
+        if isinstance(names, np.bool_):
+            names = bool(names)
         if names is None or names is False:
             self._base: tuple[Any, Any, Any] | None = None
             return

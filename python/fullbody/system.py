@@ -103,7 +103,8 @@ class System:
     epoch : astropy Time or str, optional
         The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
     frame : str, optional
-        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, and not used in computing.
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, not used in computing, and that of
+        the elements of a run (:meth:`fullbody.KeplerElements.to_frame`).
 
     Raises
     ------

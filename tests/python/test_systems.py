@@ -75,9 +75,9 @@ PRINTED = {
         "tilt of Alpha's pole from the orbit's": "3.2 deg",
         "semi-major axis": "2.548 km",
         "eccentricity": "0.0004",
-        "inclination to the plane of the sky (not used)": "156.1 deg",
-        "ascending node on the plane of the sky (not used)": "105.4 deg",
-        "argument of periapsis from that node (not used)": "319.7 deg",
+        "inclination (not used)": "156.1 deg",
+        "ascending node (not used)": "105.4 deg",
+        "argument of periapsis (not used)": "319.7 deg",
     },
     "didymos_after_dart": {
         "axis ratios a/b, a/c of Dimorphos": "1.3, 1.6",

@@ -306,6 +306,8 @@ def test_units_that_are_none():
             fullbody.System(bodies, units=units)
     assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
     assert fullbody.System(bodies, G=1.0, units=False).units is None
+    assert fullbody.System(bodies, G=1.0, units=np.False_).units is None
+    assert fullbody.System(bodies, units=np.True_).units == ("km", "h", "kg")
 
 
 def test_times_outside_a_run_have_units():

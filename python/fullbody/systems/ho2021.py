@@ -39,9 +39,9 @@ FACTS = Published(
         "tilt of Alpha's pole from the orbit's": Value(_KW4_POLE_TILT, "deg", "", "O06"),
         "semi-major axis": Value(KW4_ORBIT["a"], "km", "", "O06"),
         "eccentricity": Value(KW4_ORBIT["e"], "", "", "O06"),
-        "inclination to the plane of the sky (not used)": Value(KW4_SKY["i"], "deg", "", "O06"),
-        "ascending node on the plane of the sky (not used)": Value(KW4_SKY["Omega"], "deg", "", "O06"),
-        "argument of periapsis from that node (not used)": Value(KW4_SKY["omega"], "deg", "", "O06"),
+        "inclination (not used)": Value(KW4_SKY["i"], "deg", "", "O06"),
+        "ascending node (not used)": Value(KW4_SKY["Omega"], "deg", "", "O06"),
+        "argument of periapsis (not used)": Value(KW4_SKY["omega"], "deg", "", "O06"),
     },
     sources={
         "H21": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, "
@@ -49,7 +49,8 @@ FACTS = Published(
         "O06": "Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622, as [H21] quotes it",
     },
     assumed=(
-        "the orbit's plane is the xy-plane, with periapsis at the start on the x-axis",
+        "the orbit's plane is the xy-plane, with periapsis at the start on the x-axis: to which plane the published "
+        "inclination, node and argument of periapsis are referred, [H21] does not say",
         "Alpha's pole is tilted by the nominal angle ([O06]: 0 to 7.5 degrees), about the x-axis",
         "Beta spins about the pole of the orbit at the mean motion, its longest axis towards Alpha",
         "the elements are osculating, as [H21] takes them: the run keeps them, not the published period",
@@ -59,9 +60,9 @@ FACTS = Published(
         "tilt of Alpha's pole from the orbit's",
         "semi-major axis",
         "eccentricity",
-        "inclination to the plane of the sky (not used)",
-        "ascending node on the plane of the sky (not used)",
-        "argument of periapsis from that node (not used)",
+        "inclination (not used)",
+        "ascending node (not used)",
+        "argument of periapsis (not used)",
     ),
 )
 
@@ -156,8 +157,8 @@ def kw4(
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a.
     frame : "orbit", optional
-        The only one there is: the orbit's plane is the xy-plane. The pole of the orbit on the sky is not among the
-        numbers of this system, so that it cannot be turned to the ecliptic or the equator.
+        The only one there is: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
+        for the frame of the published inclination and node is not known.
     units : bool or (length, time, mass)
         Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
@@ -187,7 +188,7 @@ def kw4(
     """
     if frame not in (None, "orbit"):
         raise InvalidInput(
-            f"frame is {frame!r}; expected 'orbit': the pole of the orbit is not among the numbers of this system"
+            f"frame is {frame!r}; expected 'orbit': the frame of the published inclination and node is not known"
         )
     system = _kw4_system(shape, units, {**settled(options, None), "frame": frame})
     mu = _kw4_mu()
