@@ -168,7 +168,7 @@ class KeplerElements:
         target : str or astropy frame
             The frame wanted: ``"ecliptic"``, ``"equatorial"`` or one of astropy; see :mod:`fullbody.frames`.
         origin : str or astropy frame, optional
-            The one that the elements are in; their own :attr:`frame` unless given.
+            The one that the elements are in; their own ``frame`` unless given.
 
         Returns
         -------
