@@ -45,6 +45,11 @@ from .system import Energy, Interactions, System
 from .toml_setup import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
+    from . import cli as cli
+    from . import paper as paper
+    from . import plots, view
+    from . import reproduce as reproduce
+
     __version__: str
 else:
 
@@ -54,6 +59,11 @@ else:
             from importlib.metadata import version
 
             return version("fullbody")
+        # Not every run is drawn or reported.
+        if name in ("cli", "paper", "plots", "reproduce", "view"):
+            from importlib import import_module
+
+            return import_module(f".{name}", __name__)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -97,12 +107,14 @@ __all__ = [
     "from_rebound",
     "load",
     "observables",
+    "plots",
     "read_gubas",
     "read_sians",
     "read_toml",
     "systems",
     "to_rebound",
     "vector_paths",
+    "view",
 ]
 
 

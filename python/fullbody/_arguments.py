@@ -56,6 +56,17 @@ def positive(value: Any, unit: str, what: str) -> Any:
     return value
 
 
+def refuse_mixture(values: dict[str, Any]) -> bool:
+    """Whether all of these have units; an error if only some have."""
+    united = [name for name, value in values.items() if is_quantity(value)]
+    plain = [name for name in values if name not in united]
+    if united and plain:
+        raise InvalidInput(
+            f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
+        )
+    return bool(united)
+
+
 def vectors(value: Any, what: str, one: bool = False) -> Any:
     """Finite vectors (..., 3), or one (3,), with their unit where they have one."""
     value = gathered(value, what)

@@ -73,15 +73,15 @@ def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
     from astropy import units as u
 
     try:
-        return np.array(value.to_value(u.dimensionless_unscaled), dtype=np.float64)  # type: ignore[attr-defined]
+        return _floats(value.to_value(u.dimensionless_unscaled), what)  # type: ignore[attr-defined]
     except u.UnitConversionError as error:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected pure numbers") from error  # type: ignore[attr-defined]
 
 
 def _floats(value: object, what: str) -> npt.NDArray[np.float64]:
     try:
-        if value is None:
-            raise TypeError("numpy would make it nan")
+        if value is None or np.iscomplexobj(value):  # type: ignore[arg-type]
+            raise TypeError("numpy would make it nan, or drop the imaginary part")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
@@ -150,6 +150,8 @@ class Units:
     """
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
+        if isinstance(names, np.bool_):
+            names = bool(names)
         if names is None or names is False:
             self._base: tuple[Any, Any, Any] | None = None
             return
@@ -254,7 +256,7 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
     from astropy import units as u
 
     try:
-        return np.array(value.to_value(unit, equivalencies=u.dimensionless_angles()), dtype=np.float64, order="C")
+        return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
     except u.UnitConversionError as error:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
 

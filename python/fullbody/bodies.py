@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import positive
+from ._arguments import positive, refuse_mixture
 from ._units import Units, gathered, is_quantity, strip_to
 from .errors import InvalidInput
 
 __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
+
+_AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,7 @@ class Ellipsoid:
     Raises
     ------
     InvalidInput
-        For a semi-axis that is not a finite number above zero.
+        For a semi-axis that is not a finite number above zero, and where only some have units.
 
     Examples
     --------
@@ -43,6 +45,7 @@ class Ellipsoid:
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):
             object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
+        refuse_mixture(dict(zip(_AXES, self.semi_axes, strict=True)))
 
     @property
     def semi_axes(self) -> tuple[Any, Any, Any]:
@@ -84,7 +87,7 @@ class PointMass:
     --------
     >>> import fullbody
     >>> fullbody.Body(fullbody.PointMass(), mass=1.0, name="probe")
-    Body('probe', PointMass(), mass=1.0)
+    Body(PointMass(), mass=1.0, name='probe')
     """
 
     @property
@@ -93,7 +96,6 @@ class PointMass:
         return None
 
 
-_AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 #: The shapes by name.
 SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
 
@@ -120,7 +122,7 @@ class Body:
     >>> import fullbody
     >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12, name="Alpha")
     >>> alpha
-    Body('Alpha', Ellipsoid(a=0.766, b=0.7475, c=0.6735), mass=2353000000000.0)
+    Body(Ellipsoid(a=0.766, b=0.7475, c=0.6735), mass=2353000000000.0, name='Alpha')
     """
 
     __slots__ = ("_density", "_mass", "_name", "_shape")
@@ -174,19 +176,8 @@ class Body:
         axes = self._shape.semi_axes
         assert axes is not None
         called = self._name if self._name is not None else "the body"
-        self._refuse_mixture({f"{what} of {called}": value, **dict(zip(_AXES, axes, strict=True))})
+        refuse_mixture({f"{what} of {called}": value, **dict(zip(_AXES, axes, strict=True))})
         return axes
-
-    @staticmethod
-    def _refuse_mixture(values: dict[str, Any]) -> bool:
-        """Whether all of these have units; an error if only some have."""
-        united = [name for name, value in values.items() if is_quantity(value)]
-        plain = [name for name in values if name not in united]
-        if united and plain:
-            raise InvalidInput(
-                f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
-            )
-        return bool(united)
 
     @property
     def inertia(self) -> Any:
@@ -222,8 +213,8 @@ class Body:
 
     def __repr__(self) -> str:
         value = f"density={self._density!r}" if self._mass is None else f"mass={self._mass!r}"
-        name = "" if self._name is None else f"{self._name!r}, "
-        return f"Body({name}{self._shape!r}, {value})"
+        name = "" if self._name is None else f", name={self._name!r}"
+        return f"Body({self._shape!r}, {value}{name})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Body) and self._key() == other._key()
@@ -233,6 +224,18 @@ class Body:
 
     def _key(self) -> tuple[object, ...]:
         return (self._shape, self._mass, self._density, self._name)
+
+    def _with(self, units: Units) -> Body:
+        """The body as a system with these units has it: its plain numbers in them."""
+        if not units.known:
+            return self
+
+        def attach(value: Any, dimension: str) -> Any:
+            return value if value is None or is_quantity(value) else units.attach(value, dimension)
+
+        sizes = (attach(getattr(self._shape, name), "length") for name in self._shape.__slots__)
+        mass, density = attach(self._mass, "mass"), attach(self._density, "density")
+        return Body(type(self._shape)(*sizes), mass=mass, density=density, name=self._name)
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
@@ -314,7 +317,7 @@ class Body:
             G = constants.G
         sizes = self._shape.semi_axes or ()
         amount = {"mass": self._mass} if self._density is None else {"density": self._density}
-        known = self._refuse_mixture({"points": points, "G": G, **dict(zip(_AXES, sizes, strict=False)), **amount})
+        known = refuse_mixture({"points": points, "G": G, **dict(zip(_AXES, sizes, strict=False)), **amount})
         units = _units_of(points, G) if known else Units()
         array = units.strip(points, "length", "points")
         if array.ndim not in (1, 2) or array.shape[-1] != 3:

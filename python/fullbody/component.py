@@ -10,7 +10,7 @@ import numpy as np
 from . import _rotation, frames
 from ._arguments import pole, positive
 from ._records import Record
-from ._units import Units, gathered, numbers, scalar
+from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .bodies import Ellipsoid
 from .errors import InvalidInput
 
@@ -77,6 +77,7 @@ class Component(Record):
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
         if Units().number(self.tilt, "angle", f"tilt of {called}") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
+        Units().number(self.rotation_angle, "angle", f"rotation_angle of {called}")
         if self.pole is not None:
             pole(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
@@ -84,9 +85,16 @@ class Component(Record):
         for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, positive(value, unit, f"{name} of {called}"))
+        if self.rotation_period is not None:
+            object.__setattr__(self, "rotation_period", _period(self.rotation_period, f"rotation_period of {called}"))
         for name in ("semi_axes", "diameters"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
+
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_component(self))
 
     @property
     def shape(self) -> Ellipsoid:
@@ -107,6 +115,21 @@ def _three(values: Any, what: str) -> Any:
     for value in values:
         positive(value, "m", what)
     return values
+
+
+def _period(value: Any, what: str) -> Any:
+    """A time of either sign other than zero; infinite for no rotation."""
+    value = gathered(value, what, "time")
+    number = scalar(_in_seconds(value, what) if is_quantity(value) else numbers(value, what), what)
+    if np.isnan(number) or number == 0.0:
+        raise InvalidInput(f"{what} is {value!r}; expected a time other than zero")
+    return value
+
+
+def _in_seconds(value: Any, what: str) -> Any:
+    from astropy import units as u
+
+    return strip_to(value, u.s, what)
 
 
 def axes(component: Component, plane: Any) -> Any:
@@ -136,7 +159,4 @@ def rate(component: Component, units: Units, called: str) -> float:
     if component.rotation_period is None:
         return 0.0
     what = f"rotation_period of {called}"
-    period = scalar(units.strip(component.rotation_period, "time", what), what)
-    if np.isnan(period) or period == 0.0:
-        raise InvalidInput(f"{what} is {component.rotation_period!r}; expected a time other than zero")
-    return float(2 * np.pi / period)
+    return 2 * np.pi / scalar(units.strip(component.rotation_period, "time", what), what)

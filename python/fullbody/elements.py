@@ -27,6 +27,9 @@ class KeplerElements:
         Eccentricity: 0 <= e < 1 with a > 0, or e > 1 with a < 0. Parabolas have no semi-major axis and are refused.
     i, Omega, omega, M : float, array_like or Quantity
         Inclination, longitude of the ascending node, argument of periapsis, mean anomaly; radians as floats.
+    frame : str or astropy frame, optional
+        What the angles are referred to, such as ``"ecliptic"``; see :mod:`fullbody.frames`. For :meth:`to_frame`, and
+        not used otherwise.
 
     Attributes
     ----------
@@ -42,6 +45,9 @@ class KeplerElements:
         Argument of periapsis, from the node along the motion.
     M : float, ndarray or Quantity
         Mean anomaly, from periapsis; for a hyperbola e sinh H - H, of either sign.
+    frame : str, astropy frame or None
+        What the angles are referred to: what was given, or the frame of the run's system; ``None`` where neither is
+        known.
 
     Raises
     ------
@@ -61,7 +67,7 @@ class KeplerElements:
     (1.0, 1.224745)
     """
 
-    __slots__ = ("M", "Omega", "a", "e", "i", "omega")
+    __slots__ = ("M", "Omega", "a", "e", "frame", "i", "omega")
 
     a: Any
     e: Any
@@ -69,8 +75,10 @@ class KeplerElements:
     Omega: Any
     omega: Any
     M: Any
+    frame: Any
 
-    def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any) -> None:
+    def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None) -> None:
+        object.__setattr__(self, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
             value = gathered(value, name, "angle" if name in _ANGLES else "length")
             object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
@@ -110,7 +118,7 @@ class KeplerElements:
         return (r, v) if length is None else (r * length, v * (length * rate))
 
     @classmethod
-    def from_cartesian(cls, r: Any, v: Any, mu: Any) -> KeplerElements:
+    def from_cartesian(cls, r: Any, v: Any, mu: Any, *, frame: Any = None) -> KeplerElements:
         """Osculating elements of a relative position and velocity.
 
         Parameters
@@ -118,6 +126,8 @@ class KeplerElements:
         r, v : array_like or Quantity, (3,) or (..., 3)
         mu : float or Quantity
             G times the sum of the masses.
+        frame : str or astropy frame, optional
+            That ``r`` and ``v`` are in; the elements keep it.
 
         Returns
         -------
@@ -148,16 +158,17 @@ class KeplerElements:
             from astropy import units as u
 
             columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
-        return cls._trusted(columns)
+        return cls._trusted(columns, frame)
 
-    def to_frame(self, target: Any, origin: Any = "ecliptic") -> KeplerElements:
+    def to_frame(self, target: Any, origin: Any = None) -> KeplerElements:
         """The same orbit with its angles referred to another frame.
 
         Parameters
         ----------
-        target, origin : str or astropy frame
-            The frame wanted and the one that the elements are in: ``"ecliptic"``, ``"equatorial"`` or any of astropy;
-            see :mod:`fullbody.frames`.
+        target : str or astropy frame
+            The frame wanted: ``"ecliptic"``, ``"equatorial"`` or one of astropy; see :mod:`fullbody.frames`.
+        origin : str or astropy frame, optional
+            The one that the elements are in; their own ``frame`` unless given.
 
         Returns
         -------
@@ -166,19 +177,27 @@ class KeplerElements:
         Raises
         ------
         InvalidInput
-            For a frame that astropy does not know.
+            For a frame that does not differ by a rotation alone, and where it is not known which one the elements are
+            in.
 
         Examples
         --------
         An orbit in the ecliptic is inclined to the equator by the obliquity.
 
         >>> import fullbody, numpy as np
-        >>> orbit = fullbody.KeplerElements(a=2.0, e=0.1, i=0.0, Omega=0.0, omega=0.5, M=1.0)
+        >>> orbit = fullbody.KeplerElements(a=2.0, e=0.1, i=0.0, Omega=0.0, omega=0.5, M=1.0, frame="ecliptic")
         >>> round(float(np.degrees(orbit.to_frame("equatorial").i)), 4)
         23.4393
         """
         from .frames import turn
 
+        origin = self.frame if origin is None else origin
+        if origin is None:
+            # A guess would turn the elements of an equatorial run by an angle that looks like a result.
+            raise InvalidInput(
+                "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
+                "elements of a run whose system has a frame"
+            )
         plain = KeplerElements._trusted([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
         r, v = plain.to_cartesian(1.0)
         turned = KeplerElements.from_cartesian(turn(r, origin, target), turn(v, origin, target), 1.0)
@@ -190,12 +209,13 @@ class KeplerElements:
 
                 value = (value * u.rad).to(given.unit)
             columns.append(value)
-        return KeplerElements._trusted(columns)
+        return KeplerElements._trusted(columns, target)
 
     @classmethod
-    def _trusted(cls, columns: list[Any]) -> KeplerElements:
+    def _trusted(cls, columns: list[Any], frame: Any = None) -> KeplerElements:
         """Elements that the core has computed."""
         elements = cls.__new__(cls)
+        object.__setattr__(elements, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), columns, strict=True):
             object.__setattr__(elements, name, value)
         return elements
@@ -233,12 +253,14 @@ class KeplerElements:
     def __getitem__(self, index: Any) -> KeplerElements:
         len(self)
         values = [getattr(self, name) for name in ("a", "e", *_ANGLES)]
-        return KeplerElements._trusted([value[index] if np.ndim(value) else value for value in values])
+        return KeplerElements._trusted([value[index] if np.ndim(value) else value for value in values], self.frame)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, KeplerElements):
             return NotImplemented
-        return all(same(getattr(self, n), getattr(other, n)) for n in ("a", "e", *_ANGLES))
+        # Frames of astropy of different kinds cannot be compared with ==.
+        frames_agree = type(self.frame) is type(other.frame) and bool(self.frame == other.frame)
+        return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in ("a", "e", *_ANGLES))
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -248,10 +270,12 @@ class KeplerElements:
         return tables.to_html(tables.of_elements(self))
 
     def __repr__(self) -> str:
-        return "KeplerElements(" + ", ".join(f"{n}={brief(getattr(self, n))}" for n in ("a", "e", *_ANGLES)) + ")"
+        parts = [f"{name}={brief(getattr(self, name))}" for name in ("a", "e", *_ANGLES)]
+        parts += [] if self.frame is None else [f"frame={self.frame!r}"]
+        return f"KeplerElements({', '.join(parts)})"
 
     def __reduce__(self) -> Any:
-        return (KeplerElements._trusted, ([getattr(self, n) for n in ("a", "e", *_ANGLES)],))
+        return (KeplerElements._trusted, ([getattr(self, n) for n in ("a", "e", *_ANGLES)], self.frame))
 
 
 def _length_number(a: Any) -> Any:

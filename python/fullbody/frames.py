@@ -1,8 +1,8 @@
 """Reference frames: directions, poles and attitudes between the ecliptic, the equator and any frame of astropy.
 
-A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"equatorial"`` (the ICRS), or is anything
-that ``astropy.coordinates.SkyCoord`` takes as a frame (``"galactic"``, ``BarycentricMeanEcliptic(equinox="J2015")``).
-Only directions are turned: the origin stays the system's own.
+A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"equatorial"`` (the ICRS), or is a frame of
+astropy that differs from them by a rotation alone (``"galactic"``, ``BarycentricMeanEcliptic(equinox="J2015")``); those
+that move, or belong to an observer, are refused. Only directions are turned: the origin stays the system's own.
 """
 
 from __future__ import annotations
@@ -23,6 +23,10 @@ __all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_p
 
 _Array = npt.NDArray[np.float64]
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
+_EXPECTED = (
+    "expected 'ecliptic', 'equatorial' or a frame of astropy that differs from them by a rotation alone: 'galactic', "
+    "'supergalactic', 'fk5', 'fk4noeterms', 'barycentrictrueecliptic', BarycentricMeanEcliptic(equinox='J2015')"
+)
 
 
 def rotation(origin: Any, target: Any) -> _Array:
@@ -51,15 +55,19 @@ def rotation(origin: Any, target: Any) -> _Array:
     from astropy import units as u
     from astropy.coordinates import ConvertError, SkyCoord, UnitSphericalRepresentation
 
+    if origin is None or target is None:
+        # Astropy takes the ICRS for None.
+        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)
     try:
         turned = SkyCoord(axes, frame=start).transform_to(end)
         matrix = np.array(turned.cartesian.xyz.value, dtype=np.float64)
-    except (ValueError, TypeError, ConvertError) as error:
-        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}: {error}") from error
+    # A frame that needs an observer or a time fails inside astropy where they should be: an AttributeError.
+    except (ValueError, TypeError, AttributeError, ConvertError) as error:
+        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
     if not _rotation.is_rotation(matrix):
-        raise InvalidInput(f"the frames {origin!r} and {target!r} differ by more than a rotation")
+        raise InvalidInput(f"the frames {origin!r} and {target!r} differ by more than a rotation; {_EXPECTED}")
     return matrix
 
 

@@ -285,7 +285,7 @@ class Run:
         Returns
         -------
         KeplerElements
-            Of arrays (K,).
+            Of arrays (K,), in the frame of the system.
 
         Examples
         --------
@@ -307,7 +307,7 @@ class Run:
         )
         a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)
         return KeplerElements._trusted(
-            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)]
+            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.system.frame
         )
 
     def __call__(self, time: Any) -> State | Samples:

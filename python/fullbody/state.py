@@ -20,12 +20,15 @@ _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin":
 class State:
     """Position, velocity, attitude and spin of every body at a time.
 
+    A state does not change and its arrays are read-only: :meth:`replace` makes another, ``state.position.copy()`` an
+    array to write in.
+
     Parameters
     ----------
     position : array_like or Quantity, (N, 3)
         Centres, inertial frame.
     velocity : array_like or Quantity, (N, 3)
-        Velocities of the centres, inertial frame.
+        Velocities of the centres, inertial frame. With a unit where the positions have one; zeros need none.
     attitude : array_like, (N, 4), optional
         Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length.
         Without them the body frames are parallel to the inertial one.
@@ -37,7 +40,8 @@ class State:
     Raises
     ------
     InvalidInput
-        For values that are not finite, wrong shapes, or a quaternion of length zero.
+        For values that are not finite, wrong shapes, a quaternion of length zero, or positions with a unit beside
+        velocities without one.
 
     Examples
     --------
@@ -130,9 +134,10 @@ class State:
 
     def _get(self, name: str) -> Any:
         value = getattr(self._core, name)
-        if name not in self._units:
-            return value
-        return value << self._units[name]
+        if isinstance(value, np.ndarray):
+            # A copy of the core's numbers: writing into it would change nothing.
+            value.flags.writeable = False
+        return value << self._units[name] if name in self._units else value
 
     @property
     def time(self) -> Any:
@@ -152,7 +157,7 @@ class State:
     @property
     def attitude(self) -> Any:
         """Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."""
-        return self._core.attitude
+        return self._get("attitude")
 
     @property
     def spin(self) -> Any:
@@ -162,12 +167,12 @@ class State:
     @property
     def rotation_matrix(self) -> Any:
         """Rotation matrices (N, 3, 3), body frame to inertial."""
-        return self._core.rotation_matrix
+        return self._get("rotation_matrix")
 
     @property
     def tait_bryan(self) -> Any:
         """The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
-        return self._core.tait_bryan
+        return self._get("tait_bryan")
 
     def replace(self, **changes: Any) -> State:
         """A copy with some of ``position``, ``velocity``, ``attitude``, ``spin``, ``time`` changed.
@@ -232,6 +237,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         strip_to(value, expected, name)
         stripped[name] = strip_to(value, unit, name)
         units[name] = unit
+    _refuse_mixture(stripped, units)
     if "spin" not in stripped:
         stripped["spin"] = np.zeros_like(stripped["position"])
         if "position" in units:
@@ -239,3 +245,12 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
             units["spin"] = u.rad / u.s
     return stripped, units
+
+
+def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:
+    """Refuse positions with a unit beside velocities without one, and the other way round; zeros need none."""
+    for united, plain in (("position", "velocity"), ("velocity", "position")):
+        if united in units and plain not in units and stripped[plain].any():
+            raise InvalidInput(
+                f"{united} has the unit {units[united]}, but {plain} has none; expected both or neither, or zeros"
+            )

@@ -6,13 +6,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from . import _core, _epoch
-from ._arguments import named_options, place
+from ._arguments import integer, named_options, place
 from ._overlap import explaining
 from ._records import Record, block
 from ._units import Units, scalar
 from .bodies import SHAPES, Body
-from .errors import FullbodyError, InvalidInput
+from .errors import InvalidInput
 from .events import Event
 from .integrators import Integrator
 from .state import State
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
     from .run import Run
 
 __all__ = ["Energy", "Interactions", "System"]
+
+#: Options that the core takes, in its order.
+_CORE = ("gravity", "gravity_tolerance", "order", "attitude_chart", "vector_path")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -41,6 +46,11 @@ class Interactions(Record):
     torque: Any
     potential_energy: Any
 
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_interactions(self))
+
     def __repr__(self) -> str:
         return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
 
@@ -58,6 +68,11 @@ class Energy:
     translational: Any
     rotational: Any
     potential: Any
+
+    def _repr_html_(self) -> str:
+        from . import tables
+
+        return tables.to_html(tables.of_energy(self))
 
 
 class System:
@@ -88,7 +103,8 @@ class System:
     epoch : astropy Time or str, optional
         The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
     frame : str, optional
-        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, and not used in computing.
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, not used in computing, and that of
+        the elements of a run (:meth:`fullbody.KeplerElements.to_frame`).
 
     Raises
     ------
@@ -128,6 +144,7 @@ class System:
         for body in self._bodies:
             if not isinstance(body, Body):
                 raise InvalidInput(f"bodies has {body!r}; expected a sequence of Body")
+        self._bodies = tuple(body._with(self._units) for body in self._bodies)
         if G is None:
             if not self._units.known:
                 raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
@@ -136,8 +153,8 @@ class System:
             self._G = scalar(self._units.strip(G, "G", "G"), "G")
         self._options: dict[str, Any] = {
             "gravity": gravity,
-            "gravity_tolerance": gravity_tolerance,
-            "order": order,
+            "gravity_tolerance": _tolerance(gravity_tolerance),
+            "order": None if order is None else _order(order),
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
             "epoch": None if epoch is None else _epoch.to_text(epoch),
@@ -148,21 +165,12 @@ class System:
         for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
             if not isinstance(value, str):
                 raise InvalidInput(f"{name} is {value!r}; expected text")
-        if order is not None and not (isinstance(order, tuple | list) and len(order) == 2):
-            raise InvalidInput(f"order is {order!r}; expected (n, m): n Gauss points, m angles")
         core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
-        try:
-            self._core = _core.System(
-                core, self._G, gravity, float(gravity_tolerance), order, attitude_chart, vector_path
-            )
-        except (TypeError, ValueError, OverflowError) as error:
-            if isinstance(error, FullbodyError):
-                raise
-            raise InvalidInput(f"an option of the system has the wrong type: {error}") from error
+        self._core = _core.System(core, self._G, *(self._options[name] for name in _CORE))
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """The bodies."""
+        """The bodies; where the system has units, their plain numbers are Quantities in them."""
         return self._bodies
 
     @property
@@ -209,8 +217,6 @@ class System:
     def masses(self) -> Any:
         """Masses (N,)."""
         values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
-        import numpy as np
-
         return self._units.attach(np.array(values), "mass")
 
     def mu(self, i: int | str = 0, j: int | str = 1) -> Any:
@@ -219,10 +225,13 @@ class System:
         Parameters
         ----------
         i, j : int or str
-            Places in :attr:`bodies`, or names.
+            Places in :attr:`bodies`, or names, of two bodies.
         """
         masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
-        return self._units.attach(self._G * (masses[self._place(i, "i")] + masses[self._place(j, "j")]), "mu")
+        first, second = self._place(i, "i"), self._place(j, "j")
+        if first == second:
+            raise InvalidInput(f"i and j are {i!r} and {j!r}, both {self.names[first]}; expected two bodies")
+        return self._units.attach(self._G * (masses[first] + masses[second]), "mu")
 
     def _place(self, index: object, what: str) -> int:
         """A place in the system from a place or a name, or an error that says which there are."""
@@ -413,3 +422,22 @@ class System:
 
 def _assemble(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> System:
     return System(bodies, G, units=units, **options)
+
+
+def _tolerance(value: Any) -> float:
+    """The tolerance as a number; the core knows its limits."""
+    try:
+        if not isinstance(value, str):
+            return float(value)
+    except (TypeError, ValueError):
+        pass
+    raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14")
+
+
+def _order(value: Any) -> tuple[int, int]:
+    """The order as whole numbers that the core can take; it knows its limits."""
+    numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
+    match numbers:
+        case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:
+            return gauss, angles
+    raise InvalidInput(f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles")

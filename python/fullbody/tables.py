@@ -6,21 +6,36 @@ import contextlib
 import html
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._records import same
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
     from .bodies import Body
+    from .component import Component
     from .elements import KeplerElements
     from .run import Run
     from .state import State
-    from .system import System
+    from .system import Energy, Interactions, System
 
-__all__ = ["Table", "of_bodies", "of_body", "of_elements", "of_run", "of_state", "of_system", "to_html", "to_text"]
+__all__ = [
+    "Table",
+    "of_bodies",
+    "of_body",
+    "of_component",
+    "of_elements",
+    "of_energy",
+    "of_interactions",
+    "of_run",
+    "of_state",
+    "of_system",
+    "to_html",
+    "to_text",
+]
 
 
 #: What ended a run before its time.
@@ -95,6 +110,32 @@ def of_body(body: Body) -> Table:
         with contextlib.suppress(InvalidInput):
             rows += [(name, number(value))] if (value := getattr(body, name)) is not None else []
     return Table(f"Body {body.name}" if body.name is not None else "Body", (), rows)
+
+
+def of_component(component: Component) -> Table:
+    """What is given of one body of a pair, and not what it is without that."""
+    rows: list[Sequence[str]] = []
+    for part in fields(component):
+        value = getattr(component, part.name)
+        if part.name != "name" and not same(value, part.default):
+            shown = [number(x) for x in value] if np.ndim(value) or isinstance(value, tuple) else [number(value)]
+            rows.append((part.name.replace("_", " "), ", ".join(shown)))
+    return Table("Component" if component.name is None else f"Component {component.name}", (), rows)
+
+
+def of_energy(energy: Energy) -> Table:
+    """The parts of an energy."""
+    names = ("translational", "rotational", "potential", "total")
+    return Table("Energy", (), [(name, number(getattr(energy, name))) for name in names])
+
+
+def of_interactions(found: Interactions) -> Table:
+    """Force and torque, a body a row, by its place."""
+    columns = [np.asarray(getattr(value, "value", value)) for value in (found.force, found.torque)]
+    units = [getattr(value, "unit", "") for value in (found.force, found.torque)]
+    header = ("body", _head("force", units[0]), _head("torque, body frame", units[1]))
+    rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(columns[0]))]
+    return Table(f"Interactions, potential energy {number(found.potential_energy)}", header, list(rows))
 
 
 def of_bodies(system: System) -> Table:

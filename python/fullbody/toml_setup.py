@@ -47,12 +47,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import integrators
-from ._arguments import suggestion
 from ._records import Record
-from ._units import Units, from_text
+from ._toml_table import Table
+from ._units import Units
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
-from .errors import FullbodyError, InvalidInput
+from .errors import InvalidInput
 from .state import State
 from .system import System
 
@@ -110,7 +110,15 @@ class Setup(Record):
         Run
         """
         end = self.until if until is None else until
-        return self.system.integrate(self.state, end, output=self.output, integrator=self.integrator, progress=progress)
+        try:
+            return self.system.integrate(
+                self.state, end, output=self.output, integrator=self.integrator, progress=progress
+            )
+        except InvalidInput as error:
+            # Whether times fit is known only with the end.
+            if "output" not in str(error):
+                raise
+            raise InvalidInput(f"{self.path}: run: {error}") from error
 
 
 def read_toml(path: Any) -> Setup:
@@ -146,16 +154,21 @@ def read_toml(path: Any) -> Setup:
         raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
     except tomllib.TOMLDecodeError as error:
         raise InvalidInput(f"{path}: not valid TOML: {error}") from error
-    top = _Table(path, "", content).only("system", "body", "integrator", "run")
+    top = Table(path, "", content).only("system", "body", "integrator", "run")
     system_table, run_table = top.table("system"), top.table("run").only(*_RUN)
-    units = Units(_units(system_table))
-    rows = [_body(table, units) for table in top.tables("body")]
+    units = _units(system_table)
+    rows = top.tables("body")
+    bodies = [_body(table, units) for table in rows]
     integrator = _integrator(top.table("integrator", required=False), units)
     with system_table.naming(""):
-        system = _system(system_table, units, [body for body, _ in rows])
-    state = _state(run_table, system, units, [start for _, start in rows])
+        system = _system(system_table, units, bodies)
+    state = _state(run_table, system, units, rows)
     until = run_table.value("until", "time", units, ())
     output = run_table.value("output", "time", units, None) if "output" in run_table else None
+    if output is not None and output.ndim == 0 and output <= 0.0:
+        raise run_table.fault(
+            "output", f"is {run_table.content['output']!r}; expected a spacing above zero, or a list of times"
+        )
     file = path.parent / (run_table.text("file") if "file" in run_table else f"{path.stem}.nc")
     attach = units.attach
     return Setup(
@@ -169,119 +182,13 @@ def read_toml(path: Any) -> Setup:
     )
 
 
-class _Table:
-    """A table of the file that knows its place."""
-
-    def __init__(self, path: Path, place: str, content: dict[str, Any]) -> None:
-        self.path, self.place, self.content = path, place, content
-
-    def __contains__(self, key: str) -> bool:
-        return key in self.content
-
-    def fault(self, key: str, message: str) -> InvalidInput:
-        """An error that names file and key."""
-        place = ".".join(part for part in (self.place, key) if part)
-        return InvalidInput(f"{self.path}: {place}: {message}" if place else f"{self.path}: {message}")
-
-    def naming(self, key: str) -> _Naming:
-        """A context in which this package's errors gain file and key."""
-        return _Naming(self, key)
-
-    def take(self, key: str, expected: str) -> Any:
-        """A value that must be there."""
-        if key not in self:
-            raise self.fault(key, f"is missing; expected {expected}")
-        return self.content[key]
-
-    def text(self, key: str, expected: str = "text") -> str:
-        """A text."""
-        value = self.take(key, expected)
-        if not isinstance(value, str):
-            raise self.fault(key, f"is {value!r}; expected {expected}")
-        return value
-
-    def choice(self, key: str, choices: tuple[str, ...]) -> str:
-        """One of some texts; the first where nothing is said."""
-        value = self.content[key] if key in self else choices[0]
-        if value not in choices:
-            raise self.fault(key, f"is {value!r}; expected one of {', '.join(map(repr, choices))}")
-        return str(value)
-
-    def table(self, key: str, required: bool = True) -> _Table:
-        """A table below this one."""
-        value = self.take(key, "a table") if required else self.content.get(key, {}) if key in self else {}
-        if not isinstance(value, dict):
-            raise self.fault(key, f"is {value!r}; expected a table")
-        return _Table(self.path, f"{self.place}.{key}" if self.place else key, value)
-
-    def tables(self, key: str) -> list[_Table]:
-        """The tables of an array such as ``[[body]]``."""
-        value = self.take(key, f"at least one [[{key}]]")
-        if not isinstance(value, list) or not value or not all(isinstance(item, dict) for item in value):
-            raise self.fault(key, f"is {value!r}; expected tables, each headed [[{key}]]")
-        return [_Table(self.path, f"{key}[{k}]", item) for k, item in enumerate(value)]
-
-    def value(
-        self, key: str, dimension: str | None, units: Units, shape: tuple[int, ...] | None
-    ) -> npt.NDArray[np.float64]:
-        """Numbers, or texts with units, as numbers in the system's units; ``shape`` None takes a number or a list."""
-        expected = "a number" if shape == () else f"{shape[0]} numbers" if shape else "a number or a list of them"
-        unit = "" if dimension is None else ", or text with a unit"
-        value = self.take(key, expected + unit)
-        items = value if isinstance(value, list) else [value]
-        if shape is not None and (isinstance(value, list) != bool(shape) or (shape and len(items) != shape[0])):
-            raise self.fault(key, f"is {value!r}; expected {expected}{unit}")
-        plain = [self._number(key, item, dimension, units, expected + unit) for item in items]
-        return np.array(plain if isinstance(value, list) else plain[0])
-
-    def _number(self, key: str, item: Any, dimension: str | None, units: Units, expected: str) -> float:
-        if isinstance(item, int | float) and not isinstance(item, bool):
-            if not np.isfinite(item):
-                raise self.fault(key, f"is {item!r}; expected a finite number")
-            return float(item)
-        if not isinstance(item, str) or dimension is None:
-            raise self.fault(key, f"is {item!r}; expected {expected}")
-        try:
-            quantity = from_text(item, "", dimension)
-        except InvalidInput as error:
-            raise self.fault(key, str(error).strip()) from error
-        with self.naming(key):
-            return float(units.strip(quantity, dimension, repr(item)))
-
-    def only(self, *known: str) -> _Table:
-        """Refuse keys other than these, before a misspelt one is reported as missing."""
-        for key in self.content:
-            if key not in known:
-                raise self.fault(key, f"is no key of this table; {suggestion(key, known)}")
-        return self
-
-
-class _Naming:
-    """Adds file and key to errors raised inside."""
-
-    def __init__(self, table: _Table, key: str) -> None:
-        self.table, self.key = table, key
-
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, FullbodyError) and not str(error).startswith(f"{self.table.path}: "):
-            raise self.table.fault(self.key, str(error)) from error
-
-
-def _units(table: _Table) -> tuple[object, object, object] | None:
-    if "units" not in table:
-        return None
-    value = table.content["units"]
-    if not isinstance(value, list) or len(value) != 3 or not all(isinstance(name, str) for name in value):
-        raise table.fault("units", f"is {value!r}; expected three texts, such as ['km', 'hour', 'kg']")
+def _units(table: Table) -> Units:
+    value = table.content.get("units")
     with table.naming("units"):
-        Units((value[0], value[1], value[2]))
-    return (value[0], value[1], value[2])
+        return Units(tuple(value) if isinstance(value, list) else value)
 
 
-def _body(table: _Table, units: Units) -> tuple[Body, _Table]:
-    """The body, and its table for the start to be read from."""
+def _body(table: Table, units: Units) -> Body:
     table.only(*_BODY)
     name = table.text("name") if "name" in table else None
     shapes = [key for key in ("semi_axes", "radius", "point") if key in table]
@@ -301,10 +208,10 @@ def _body(table: _Table, units: Units) -> tuple[Body, _Table]:
             raise table.fault("point", f"is {table.content['point']!r}; expected true")
     values = {key: float(table.value(key, key, units, ())) for key in masses}
     with table.naming(masses[0] if len(masses) == 1 else ""):
-        return Body(shape, name=name, **values), table
+        return Body(shape, name=name, **values)
 
 
-def _integrator(table: _Table, units: Units) -> Any:
+def _integrator(table: Table, units: Units) -> Any:
     kinds: dict[str, Any] = {
         name: kind for name in integrators.__all__ if is_dataclass(kind := getattr(integrators, name))
     }
@@ -324,7 +231,7 @@ def _integrator(table: _Table, units: Units) -> Any:
         return kind(**settings)
 
 
-def _system(table: _Table, units: Units, bodies: list[Body]) -> System:
+def _system(table: Table, units: Units, bodies: list[Body]) -> System:
     table.only(*(name for name in inspect.signature(System).parameters if name != "bodies"))
     parameters = [name for name in inspect.signature(System).parameters if name not in ("bodies", "G", "units")]
     options = {name: table.content[name] for name in parameters if name in table}
@@ -334,7 +241,7 @@ def _system(table: _Table, units: Units, bodies: list[Body]) -> System:
     return System(bodies, G, units=units.names, **options)
 
 
-def _state(run: _Table, system: System, units: Units, tables: list[_Table]) -> State:
+def _state(run: Table, system: System, units: Units, tables: list[Table]) -> State:
     count = len(tables)
     position, velocity, spin = np.zeros((3, count, 3))
     attitude = np.zeros((count, 4))
@@ -353,7 +260,7 @@ def _state(run: _Table, system: System, units: Units, tables: list[_Table]) -> S
 
 
 def _motion(
-    table: _Table, k: int, system: System, units: Units, position: Any, velocity: Any
+    table: Table, k: int, system: System, units: Units, position: Any, velocity: Any
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     given = [key for key in ("position", "velocity", "orbit") if key in table]
     if "orbit" not in given:
@@ -379,7 +286,7 @@ def _motion(
     return position[j] + r, velocity[j] + v
 
 
-def _attitude(table: _Table, units: Units) -> npt.NDArray[np.float64]:
+def _attitude(table: Table, units: Units) -> npt.NDArray[np.float64]:
     given = [key for key in ("attitude", "angles") if key in table]
     if len(given) == 2:
         raise table.fault("", "has attitude and angles; expected one of the two")
@@ -393,7 +300,7 @@ def _attitude(table: _Table, units: Units) -> npt.NDArray[np.float64]:
     return np.asarray(State.from_tait_bryan(zero, zero, angles[None]).attitude[0])
 
 
-def _spin(table: _Table, units: Units) -> npt.NDArray[np.float64]:
+def _spin(table: Table, units: Units) -> npt.NDArray[np.float64]:
     given = [key for key in ("spin", "rotation_period") if key in table]
     if len(given) == 2:
         raise table.fault("", "has spin and rotation_period; expected one of the two")

@@ -1,5 +1,7 @@
 """Frames, poles, epochs: against astropy's own coordinates and published directions."""
 
+import pickle
+
 import astropy.units as u
 import fullbody
 import numpy as np
@@ -32,8 +34,13 @@ def test_any_frame_of_astropy_and_none_else():
     # The north galactic pole for J2000: 12h 51m 26.282s, +27d 07' 42.01" (Reid & Brunthaler 2004).
     ra, dec = frames.turn_pole(0.0, np.pi / 2, "galactic", "equatorial")
     np.testing.assert_allclose(np.degrees([ra, dec]), [192.859508, 27.128336], atol=1e-4)
-    with pytest.raises(fullbody.InvalidInput, match="elliptic"):
-        frames.rotation("elliptic", "equatorial")
+    # Of no frame, of an observer, of a time, of a moving origin, of aberrated light.
+    for name in ("elliptic", "altaz", "hadec", "teme", "itrs", "hcrs", "fk4", None, 3):
+        for pair in ((name, "equatorial"), ("ecliptic", name)):
+            with pytest.raises(
+                fullbody.InvalidInput, match=f"{name!r}.*; expected 'ecliptic', 'equatorial' or a frame"
+            ):
+                frames.rotation(*pair)
 
 
 def test_attitude_from_a_pole():
@@ -67,9 +74,60 @@ def test_elements_turn_like_their_vectors(degrees):
         np.testing.assert_allclose(getattr(back, name).value, getattr(orbit, name).value, rtol=1e-12)
 
 
+def test_elements_of_a_run_are_in_its_frame():
+    """Patroclus' published pole has the right ascension 178, the declination -74.1 degrees: i is 164.1, Omega 268."""
+    system, state = fullbody.systems.patroclus_menoetius(gravity="point")
+    elements = system.integrate(state, 2.0, output=1.0).elements()
+    assert elements.frame == elements[0].frame == "equatorial"
+    np.testing.assert_allclose(np.degrees([elements.i, elements.Omega]), [[164.1] * 3, [268.0] * 3], rtol=1e-9)
+    turned = elements.to_frame("ecliptic")
+    pole = SkyCoord(178 * u.deg, -74.1 * u.deg).transform_to(BarycentricMeanEcliptic())
+    np.testing.assert_allclose(np.degrees(turned.i), 90 - pole.lat.deg, rtol=1e-9)
+    np.testing.assert_allclose(np.degrees(turned.Omega), pole.lon.deg + 90 - 360 * (pole.lon.deg > 270), rtol=1e-9)
+    assert turned.frame == "ecliptic"
+    assert turned == elements.to_frame("ecliptic", origin="equatorial")
+    # What is given goes before what is known, for a system's frame is but a name.
+    assert elements.to_frame("ecliptic", origin="ecliptic") != turned
+    np.testing.assert_allclose(turned.to_frame("equatorial").Omega, elements.Omega, rtol=1e-9)
+    relative = (state.position[1] - state.position[0], state.velocity[1] - state.velocity[0], system.mu())
+    made = fullbody.KeplerElements.from_cartesian(*relative, frame=system.frame)
+    assert made.frame == "equatorial"
+    np.testing.assert_allclose(made.to_frame("ecliptic").i, turned.i[0], rtol=1e-12)
+
+
+def test_elements_of_no_known_frame_do_not_turn():
+    orbit = fullbody.KeplerElements(2.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+    system, state = fullbody.systems.case1()
+    for elements in (orbit, system.integrate(state, 1.0).elements()):
+        assert elements.frame is None
+        with pytest.raises(fullbody.InvalidInput, match=r"the frame that .* not known; expected origin='ecliptic'"):
+            elements.to_frame("equatorial")
+        elements.to_frame("equatorial", origin="ecliptic")
+    _, plane = fullbody.systems.didymos(frame="orbit")
+    with pytest.raises(fullbody.InvalidInput, match="cannot turn from the frame 'orbit' to 'ecliptic'"):
+        fullbody.systems.didymos(frame="orbit")[0].integrate(plane, 1.0).elements().to_frame("ecliptic")
+
+
+def test_a_frame_of_elements_is_kept_and_compared():
+    values = (2.0, 0.1, [0.2, 0.3], 0.3, 0.4, 0.5)
+    later = BarycentricMeanEcliptic(equinox="J2015")
+    made = [fullbody.KeplerElements(*values, frame=frame) for frame in (None, "ecliptic", "equatorial", later)]
+    made.append(fullbody.KeplerElements(*values, frame=BarycentricMeanEcliptic()))
+    for k, one in enumerate(made):
+        assert [one == other for other in made] == [k == n for n in range(len(made))]
+        twin = pickle.loads(pickle.dumps(one))
+        assert twin == one
+        assert repr(twin) == repr(one)
+        assert twin[1] == one[1]
+    assert repr(made[1]).endswith("M=0.5, frame='ecliptic')")
+    assert "frame" not in repr(made[0])
+    with pytest.raises(AttributeError, match="do not change"):
+        made[0].frame = "ecliptic"
+
+
 def test_a_hyperbola_and_arrays_turn():
-    orbit = fullbody.KeplerElements(-1.0, 1.5, np.array([0.1, 0.2]), 0.3, 0.4, -2.0)
-    back = orbit.to_frame("equatorial").to_frame("ecliptic", "equatorial")
+    orbit = fullbody.KeplerElements(-1.0, 1.5, np.array([0.1, 0.2]), 0.3, 0.4, -2.0, frame="ecliptic")
+    back = orbit.to_frame("equatorial").to_frame("ecliptic")
     np.testing.assert_allclose(back.i, orbit.i, rtol=1e-12)
     np.testing.assert_allclose(back.M, [-2.0, -2.0], rtol=1e-12)
 
@@ -89,7 +147,8 @@ def test_epochs():
 
 
 def test_epoch_and_frame_survive_a_file(tmp_path):
-    system, state = fullbody.systems.case1(epoch="2000-01-01T12:00:00 TT", frame="ecliptic")
+    system, state = fullbody.systems.case1(epoch="2000-01-01T12:00:00 TT")
+    system = system.with_options(frame="ecliptic")
     run = system.integrate(state, 1.0)
     run.save(tmp_path / "run.nc")
     loaded = fullbody.load(tmp_path / "run.nc")

@@ -15,7 +15,7 @@ def kw4():
 def test_elements_and_mu(kw4):
     system, _, run = kw4
     assert system.mu("Alpha", "Beta") == system.mu(0, 1)
-    assert system.mu("Beta", "Beta") == system.mu(1, 1)
+    assert system.mu("Beta", "Alpha") == system.mu(1, 0)
     assert run.elements(primary="Beta", secondary="Alpha") == run.elements(primary=1, secondary=0)
 
 

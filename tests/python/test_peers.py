@@ -145,7 +145,7 @@ def test_gubas(name):
 def test_gubas_units():
     system, state = fullbody.read_gubas(DATA / "gubas_pair.cfg", units=True, gravity="multipole:4")
     assert system.options["gravity"] == "multipole:4"
-    np.testing.assert_allclose(system.bodies[0].density, 2.1e12)
+    np.testing.assert_allclose(system.bodies[0].density.to_value("kg / km3"), 2.1e12)
     assert state.time == 60 * u.s
 
 

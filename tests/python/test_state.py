@@ -1,6 +1,5 @@
 """State, Body, System and elements as Python objects: conversions, copies, pickles, equality, repr."""
 
-import contextlib
 import pickle
 
 import fullbody
@@ -52,6 +51,19 @@ def test_equal_things_have_equal_hashes():
         assert hash(make()) == hash(make())
 
 
+@pytest.mark.parametrize(
+    "body",
+    [
+        Body(Ellipsoid(3.0, 2.0, 1.0), mass=2.0, name="a 'b'"),
+        Body(Sphere(2.0), density=0.1),
+        Body(PointMass(), mass=1 / 3, name="c"),
+    ],
+)
+def test_the_text_of_a_body_makes_it(body):
+    kinds = {"Body": Body, "Ellipsoid": Ellipsoid, "Sphere": Sphere, "PointMass": PointMass}
+    assert eval(repr(body), kinds) == body
+
+
 def test_repr_tells_what_it_is():
     system, state = example()
     assert eval(repr(Ellipsoid(3.0, 2.0, 1.0)), {"Ellipsoid": Ellipsoid}) == Ellipsoid(3.0, 2.0, 1.0)
@@ -80,9 +92,24 @@ def test_a_state_does_not_share_memory_with_its_input():
     state = State(position, [[0, 0, 0]])
     position[0, 0] = 99.0
     assert state.position[0, 0] == 1.0
-    with contextlib.suppress(ValueError):
-        state.position[0, 0] = 99.0
+    copy = state.position.copy()
+    copy[0, 0] = 99.0
     assert state.position[0, 0] == 1.0
+
+
+@pytest.mark.parametrize("units", [False, True])
+def test_arrays_of_a_state_are_read_only(units):
+    """An assignment into a copy of the numbers would be lost without a word."""
+    system, start = example(units)
+    for state in (start, system.integrate(start, 1.0)[-1], State.from_tait_bryan(*[[[1.0, 2.0, 3.0]]] * 3)):
+        for name in ("position", "velocity", "attitude", "spin", "rotation_matrix", "tait_bryan"):
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(state, name)[0] *= 2
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(state, name)[0] = 0 * getattr(state, name)[0]
+            mine = getattr(state, name).copy()
+            mine[0] *= 2
+            assert np.array_equal(mine[0], 2 * getattr(state, name)[0])
 
 
 @given(quaternions, st.floats(1e-3, 1e3))

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from astropy import units as u
 from astropy.time import Time
 from fullbody import systems
 
@@ -28,7 +29,11 @@ def orbit_pole(state, body=1):
     return np.degrees(fullbody.frames.pole_angles(normal))
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
+#: The physical 1999 KW4 is tabulated too, but its pole is not, so that it is in no frame of the sky.
+TABULATED = [*PUBLISHED, "kw4"]
+
+
+@pytest.mark.parametrize("name", TABULATED)
 def test_each_says_where_its_numbers_are_from(name):
     facts = systems.published(name)
     text = getattr(systems, name).__doc__
@@ -61,6 +66,19 @@ def test_completion_offers_what_is_documented():
 
 # As printed in the sources' abstracts, and for 2001 SN263 in Table 4 of Fang et al. (2011).
 PRINTED = {
+    # Table 2 of Ho et al. (2021), but for the semi-axes, which it rounds.
+    "kw4": {
+        "mass of Alpha": "2.353e+12 kg",
+        "mass of Beta": "1.35e+11 kg",
+        "rotation rate of Alpha": "2.2728 rad/h",
+        "rotation rate of Beta (not used)": "0.3611 rad/h",
+        "tilt of Alpha's pole from the orbit's": "3.2 deg",
+        "semi-major axis": "2.548 km",
+        "eccentricity": "0.0004",
+        "inclination (not used)": "156.1 deg",
+        "ascending node (not used)": "105.4 deg",
+        "argument of periapsis (not used)": "319.7 deg",
+    },
     "didymos_after_dart": {
         "axis ratios a/b, a/c of Dimorphos": "1.3, 1.6",
         "orbital period": "11.3674 +- 0.0004 h",
@@ -166,6 +184,101 @@ def test_frames_are_turned_as_a_whole(name):
     np.testing.assert_allclose(near[2], 0.0, atol=1e-12 * np.linalg.norm(near))
     with pytest.raises(fullbody.InvalidInput, match="frame is 'sky'"):
         make(frame="sky")
+
+
+@pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021"])
+def test_systems_in_other_units(name):
+    """The same system in metres, days and tonnes: bodies, state, constant and what follows."""
+    make = getattr(systems, name)
+    wanted = (u.m, "day", "t")
+    (system, state), (usual, start) = make(units=wanted), make(units=True)
+    assert system.units == ("m", "d", "t")
+    assert usual.units == ("km", "h", "kg")
+    assert make(units=("km", "hour", "kg")) == (usual, start)
+    assert (system.epoch, system.frame) == (usual.epoch, usual.frame)
+    for body, other in zip(system.bodies, usual.bodies, strict=True):
+        assert (body.mass.unit, body.shape.semi_axes[0].unit) == (u.t, u.m)
+        np.testing.assert_allclose((body.density / other.density).to_value(""), 1.0, rtol=1e-14)
+    assert state.position.unit == u.m
+    for one, other in (
+        (state.position, start.position),
+        (state.velocity, start.velocity),
+        (state.spin, start.spin),
+        (system.G, usual.G),
+        (system.energy(state).total, usual.energy(start).total),
+    ):
+        assert one.unit != other.unit
+        np.testing.assert_allclose(one.to_value(other.unit), other.value, rtol=1e-11)
+    np.testing.assert_array_equal(state.attitude, start.attitude)
+    np.testing.assert_allclose(
+        system.integrate(state, "3 hour")[-1].position[1].to_value("km"),
+        usual.integrate(start, "3 hour")[-1].position[1].value,
+        rtol=1e-9,
+    )
+    for units, what in (
+        ("yes", "'yes'|'y'"),
+        (1, "is 1; expected"),
+        (("km", "kg", "hour"), "has 'kg'; expected a unit"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=f"units .*{what}"):
+            make(units=units)
+
+
+@pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021", "case1", "case2"])
+def test_epochs_of_ready_made_systems(name):
+    """Taken where the numbers hold at none, refused where they do."""
+    make = getattr(systems, name)
+    own = systems.published(name).epoch if name in PUBLISHED else None
+    if own is None:
+        assert make(epoch="2001-05-25T00:00:00 TDB")[0].options["epoch"] == "2001-05-25T00:00:00 TDB"
+        with pytest.raises(fullbody.InvalidInput, match="scale"):
+            make(epoch="2001-05-25")
+    else:
+        with pytest.raises(fullbody.InvalidInput, match=rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}"):
+            make(epoch="2001-05-25 TDB")
+        assert make(epoch=None)[0].options["epoch"] == own
+    for option in ("G", "bodies", "gravty"):
+        with pytest.raises(fullbody.InvalidInput, match=f"'{option}' is no option of this system"):
+            make(**{option: 1.0})
+
+
+@pytest.mark.parametrize("name", ["kw4", "kw4_ho2021", "case1", "case2"])
+def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
+    make = getattr(systems, name)
+    assert make(frame=None)[0].frame is None
+    for frame in ("equatorial", "ecliptic", "galactic"):
+        with pytest.raises(fullbody.InvalidInput, match=f"frame is '{frame}'; expected"):
+            make(frame=frame)
+    # The orbit's plane is where it is.
+    system, state = systems.kw4(frame="orbit")
+    assert system.frame == "orbit"
+    assert state == systems.kw4()[1]
+
+
+def test_kw4():
+    """Elements of the start: a Kepler orbit of 17.42 h, but a shorter period in the attraction of Alpha and Beta.
+
+    To the first order of the figures the pull is G M/r^2 (1 + 3 q/r^2), q the sum of (A^2 + B^2 - 2 C^2)/20 of Alpha,
+    averaged over its turns, and (2 A^2 - B^2 - C^2)/10 of Beta, whose long axis points at Alpha. With the angular
+    momentum of the Kepler orbit of radius a, the mean motion is (1 + 6 q/a^2) times Kepler's.
+    """
+    facts = systems.published("kw4")
+    a = facts["semi-major axis"]
+    mass = facts["mass of Alpha"] + facts["mass of Beta"]
+    kepler = 2 * np.pi * np.sqrt((1e3 * a) ** 3 / (6.67408e-11 * mass)) / 3600
+    assert round(kepler, 2) == 17.42
+    (alpha, beta) = np.square([facts["semi-axes of Alpha"], facts["semi-axes of Beta"]])
+    q = (alpha @ [1, 1, -2]) / 20 + (beta @ [2, -1, -1]) / 10
+    system, state = systems.kw4()
+    period = fullbody.observables.mutual_period(system.integrate(state, 1000.0, output=0.5)).mean
+    np.testing.assert_allclose(period, kepler / (1 + 6 * q / a**2), rtol=5e-4)
+    assert round(period, 2) == 17.10
+    assert "17.10 h" in systems.kw4.__doc__
+    assert "17.42 h" in systems.kw4.__doc__
+    np.testing.assert_array_equal(system.masses, [facts["mass of Alpha"], facts["mass of Beta"]])
+    assert [body.shape.semi_axes for body in system.bodies] == [facts["semi-axes of Alpha"], facts["semi-axes of Beta"]]
+    assert state.spin[0, 2] == facts["rotation rate of Alpha"]
+    np.testing.assert_allclose(np.degrees(state.tait_bryan[0]), [facts["tilt of Alpha's pole from the orbit's"], 0, 0])
 
 
 def test_didymos():

@@ -1,5 +1,7 @@
 """Quantities at the boundary: in any unit in, in the system's units out, and the numbers are those without units."""
 
+import pickle
+
 import fullbody
 import numpy as np
 import pytest
@@ -42,7 +44,7 @@ def test_mixed_units_are_converted():
     """Metres, seconds, tonnes and degrees say the same as kilometres, hours, kilograms and radians."""
     bodies = [
         fullbody.Body(fullbody.Ellipsoid(766 * u.m, 0.7475 * u.km, 67350 * u.cm), mass=2.353e9 * u.t, name="Alpha"),
-        fullbody.Body(fullbody.Ellipsoid(0.285, 231.5 * u.m, 0.1745), mass=0.135e12, name="Beta"),
+        fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=135e6 * u.t, name="Beta"),
     ]
     (system, state), _ = with_and_without()
     mixed = fullbody.System(bodies, G=system.G.to(u.m**3 / u.kg / u.s**2), units=KM_H_KG)
@@ -170,7 +172,9 @@ def test_mixtures_name_both():
     for call, words in (
         (lambda: mixed.inertia, ["semi-axis a has the unit km", "mass of Alpha has none"]),
         (lambda: mixed.density, ["semi-axis a has the unit km", "mass of Alpha has none"]),
-        (lambda: fullbody.Body(fullbody.Ellipsoid(1 * u.km, 1, 1), density=2.0).mass, ["axis a has", "density"]),
+        (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, ["axis a has", "density"]),
+        (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), ["semi-axis a has the unit km", "semi-axis b has none"]),
+        (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), ["semi-axis c has the unit km", "semi-axis a has none"]),
         (lambda: plain.potential([2, 0, 0] * u.km), ["points has the unit km", "semi-axis a has none"]),
         (lambda: mixed.field([2, 0, 0] * u.km), ["points has the unit km", "mass has none"]),
         (lambda: whole.potential([2, 0, 0], 1.0), ["semi-axis a has the unit km", "points has none"]),
@@ -190,6 +194,63 @@ def test_mixtures_name_both():
     assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
     assert "density" not in mixed._repr_html_()
     assert "density" in whole._repr_html_()
+
+
+def test_positions_and_velocities_have_units_both_or_neither():
+    r, v = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 2, 0]]
+    speed = u.km / u.hour
+    for position, velocity, words in (
+        (r * u.km, v, ["position has the unit km", "velocity has none"]),
+        (r, v * speed, ["velocity has the unit km / h", "position has none"]),
+    ):
+        for make in (
+            lambda position=position, velocity=velocity: fullbody.State(position, velocity),
+            lambda position=position, velocity=velocity: fullbody.State.from_tait_bryan(
+                position, velocity, np.zeros((2, 3))
+            ),
+            lambda position=position, velocity=velocity: fullbody.State(r * u.km, v * speed).replace(
+                position=position, velocity=velocity
+            ),
+        ):
+            with pytest.raises(fullbody.InvalidInput) as caught:
+                make()
+            for word in words:
+                assert word in str(caught.value)
+    # Zeros are zeros in any unit; times, spins and attitudes have their own.
+    rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=[[0, 0, 1]] * 2, time=3.0)
+    assert rest.position[1, 0] == 9 * u.km
+    assert fullbody.State([[0, 0, 0]], [[0, 1, 0]] * speed).velocity[0, 1] == 1 * speed
+
+
+def test_bodies_of_a_system_with_units_have_them():
+    """1999 KW4's Beta by hand: 4/3 pi 0.285 0.2315 0.1745 km^3 of 0.135e12 kg are 2799.3 kg/m^3."""
+    made = [
+        fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta"),
+        fullbody.Body(fullbody.Sphere(300 * u.m), density=2e12, name="mixed"),
+        fullbody.Body(fullbody.Sphere(1 * u.m), mass=1 * u.t, name="whole"),
+        fullbody.Body(fullbody.PointMass(), mass=7),
+    ]
+    system = fullbody.System(made, units=KM_H_KG)
+    beta, mixed, whole, point = system.bodies
+    assert beta.shape == fullbody.Ellipsoid(0.285 * u.km, 0.2315 * u.km, 0.1745 * u.km)
+    assert beta.mass == 0.135e12 * u.kg
+    assert beta.density.to_value(u.kg / u.m**3) == pytest.approx(2799.3, rel=1e-4)
+    assert beta.inertia.unit == u.kg * u.km**2
+    assert "kg" in beta._repr_html_()
+    assert mixed.density.to_value(u.g / u.cm**3) == pytest.approx(2.0, rel=1e-15)
+    assert mixed.mass.to_value(u.kg) == pytest.approx(2000 * 4 / 3 * np.pi * 300**3, rel=1e-14)
+    assert whole == made[2]
+    assert point.mass == 7 * u.kg
+    assert (beta.name, point.name) == ("Beta", None)
+    # What was made stays as it was; a system without units leaves its bodies alone.
+    assert made[0].mass == 0.135e12
+    assert not isinstance(made[0].shape.a, u.Quantity)
+    assert fullbody.System(made[:1], G=1.0).bodies[0] is made[0]
+    # Once more through it nothing changes.
+    assert fullbody.System(system.bodies, units=KM_H_KG) == system
+    assert system.with_options(gravity="point").bodies == system.bodies
+    assert pickle.loads(pickle.dumps(system)).bodies == system.bodies
+    np.testing.assert_array_equal(system.masses.value, [0.135e12, mixed._core(system._units, 0).mass, 1000.0, 7.0])
 
 
 def test_exterior_gravity_with_units():
@@ -245,6 +306,8 @@ def test_units_that_are_none():
             fullbody.System(bodies, units=units)
     assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
     assert fullbody.System(bodies, G=1.0, units=False).units is None
+    assert fullbody.System(bodies, G=1.0, units=np.False_).units is None
+    assert fullbody.System(bodies, units=np.True_).units == ("km", "h", "kg")
 
 
 def test_times_outside_a_run_have_units():

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .._files import check_place, check_suffix
+from .._units import from_text
 from ..errors import FullbodyError, Interrupted
 from ..io import SUFFIXES, netcdf
 from ..plots._style import matplotlib
@@ -69,18 +70,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _time(text: str | None) -> Any:
     """A number, or a Quantity."""
-    if text is None:
-        return None
     try:
-        return float(text)
+        return None if text is None else float(text)
     except ValueError:
-        pass
-    from astropy import units as u
-
-    try:
-        return u.Quantity(text)
-    except (TypeError, ValueError) as error:
-        raise FullbodyError(f"--until is {text!r}; expected a number, or one with a unit, such as '3 day'") from error
+        return from_text(str(text), "--until", "time")
 
 
 def _draw(result: Any, path: Path) -> None:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import options_of, refuse_unknown
+from .._units import USUAL as UNITS
+from .._units import Units
 from ..errors import InvalidInput
 from ..pair import Component, binary
 from ._published import Published
@@ -17,14 +19,45 @@ if TYPE_CHECKING:
 
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 G = 6.67430e-11 * 1e-9 * 3600.0**2
-UNITS = ("km", "hour", "kg")
 Frame = Literal["ecliptic", "equatorial", "orbit"]
+#: Whether there are to be Quantities, and of which units if not km, hour, kg.
+Wanted = bool | tuple[object, object, object]
 
 
 def check_frame(frame: str) -> None:
     """Refuse a frame that is none of the three."""
     if frame not in ("ecliptic", "equatorial", "orbit"):
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
+
+
+def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
+    """The options of the system to be, with its epoch: its own, or the one asked for where it has none."""
+    from ..system import System
+
+    fixed = ("bodies", "G", "units", "frame")
+    refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
+    given = options.get("epoch")
+    if epoch is not None and given is not None:
+        raise InvalidInput(f"epoch is {given!r}; expected none: the numbers of this system hold at its own, {epoch}")
+    return {**options, "epoch": epoch if given is None else given}
+
+
+def base_units(units: Wanted) -> tuple[str, str, str] | None:
+    """Those that a system is built in: none, or km, hour, kg; an error for what are no units."""
+    return UNITS if Units(units).known else None
+
+
+def in_units(system: System, state: State, units: Wanted) -> tuple[System, State]:
+    """A system in km, hour, kg and its state, in the units asked for."""
+    from ..state import State
+    from ..system import System
+
+    wanted = Units(units)
+    if not wanted.known or wanted == Units(UNITS):
+        return system, state
+    turned = System(system.bodies, system.G, units=wanted.names, **system.options)
+    # Through its description, for the bodies to be in these units too.
+    return System._rebuild(turned._describe()), State._wrap(state._in(wanted), wanted)
 
 
 def in_frame(state: State, facts: Published, frame: str) -> State:
@@ -43,27 +76,23 @@ def pair(
     *,
     pole: tuple[float, float],
     frame: str,
-    units: bool,
+    units: Wanted,
     options: dict[str, Any],
     **orbit: Any,
 ) -> tuple[System, State]:
     """A binary in km, hour, kg about a published pole (degrees)."""
-    from ..system import System
-
     check_frame(frame)
-    fixed = ("bodies", "G", "units", "epoch", "frame")
-    refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
+    options = settled(options, facts.epoch)
     lon, lat = np.radians(pole)
     system, state = binary(
         primary,
         secondary,
         pole=None if frame == "orbit" else (lon, lat),
         G=G,
-        units=UNITS if units else None,
-        epoch=facts.epoch,
+        units=base_units(units),
         frame=frame,
         elements="mean",
         **orbit,
         **options,
     )
-    return system, in_frame(state, facts, frame)
+    return in_units(system, in_frame(state, facts, frame), units)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..pair import Component
-from ._build import Frame, pair
+from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -48,15 +48,15 @@ FACTS = Published(
 
 
 @documented(FACTS)
-def antiope(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -> tuple[System, State]:
+def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(90) Antiope, two almost equal and nearly hydrostatic bodies a diameter apart.
 
     Parameters
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
         Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 

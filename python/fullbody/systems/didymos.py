@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..pair import Component
-from ._build import Frame, pair
+from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ AFTER = Published(
 
 
 @documented(BEFORE)
-def didymos(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -> tuple[System, State]:
+def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos before the impact of DART.
 
     The total mass is that of the published period and semi-major axis, 5.6e11 kg.
@@ -97,8 +97,8 @@ def didymos(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
         Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -134,7 +134,7 @@ def didymos(*, frame: Frame = "ecliptic", units: bool = False, **options: Any) -
 
 @documented(AFTER)
 def didymos_after_dart(
-    *, tilt: Any = 0.0, frame: Frame = "ecliptic", units: bool = False, **options: Any
+    *, tilt: Any = 0.0, frame: Frame = "ecliptic", units: Wanted = False, **options: Any
 ) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos after the impact of DART and the weeks that followed.
 
@@ -150,8 +150,8 @@ def didymos_after_dart(
         Of Dimorphos' pole from the orbit's normal, radians; the longest axis points at Didymos all the same.
     frame : {"ecliptic", "equatorial", "orbit"}
         Of the state; see :func:`didymos`.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 

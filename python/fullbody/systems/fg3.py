@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..pair import Component
-from ._build import Frame, pair
+from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def fg3_1996(
     primary_ratios: tuple[float, float] = (1.0, 1.0),
     secondary_ratios: tuple[float, float] = (1.0, 1.0),
     frame: Frame = "ecliptic",
-    units: bool = False,
+    units: Wanted = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(175706) 1996 FG3.
@@ -61,8 +61,8 @@ def fg3_1996(
         Axis ratios at the published volumes.
     frame : {"ecliptic", "equatorial", "orbit"}
         Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 

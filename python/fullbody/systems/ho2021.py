@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import options_of, refuse_unknown
 from ..bodies import Body, Ellipsoid
 from ..elements import KeplerElements
 from ..errors import InvalidInput
+from ._build import Wanted, base_units, in_units, settled
+from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
     from ..state import State
@@ -18,7 +21,6 @@ __all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
 
 #: Newton's constant of the paper, 6.67408e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 _G_HO2021 = 6.67408e-11 * 1e-9 * 3600.0**2
-_KW4_UNITS = ("km", "hour", "kg")
 _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
 _KW4_POLE_TILT = 3.2
@@ -26,11 +28,49 @@ KW4_SPINS = (2.2728, 0.3611)
 KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
 KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
 
+FACTS = Published(
+    values={
+        "semi-axes of Alpha": Value(_KW4_AXES[0], "km", "", "H21"),
+        "semi-axes of Beta": Value(_KW4_AXES[1], "km", "", "H21"),
+        "mass of Alpha": Value(_KW4_MASSES[0], "kg", "", "H21"),
+        "mass of Beta": Value(_KW4_MASSES[1], "kg", "", "H21"),
+        "rotation rate of Alpha": Value(KW4_SPINS[0], "rad/h", "", "H21"),
+        "rotation rate of Beta (not used)": Value(KW4_SPINS[1], "rad/h", "", "H21"),
+        "tilt of Alpha's pole from the orbit's": Value(_KW4_POLE_TILT, "deg", "", "O06"),
+        "semi-major axis": Value(KW4_ORBIT["a"], "km", "", "O06"),
+        "eccentricity": Value(KW4_ORBIT["e"], "", "", "O06"),
+        "inclination (not used)": Value(KW4_SKY["i"], "deg", "", "O06"),
+        "ascending node (not used)": Value(KW4_SKY["Omega"], "deg", "", "O06"),
+        "argument of periapsis (not used)": Value(KW4_SKY["omega"], "deg", "", "O06"),
+    },
+    sources={
+        "H21": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, "
+        "doi:10.1007/s10569-021-10034-8; its Table 2, with the semi-axes unrounded as in the authors' input",
+        "O06": "Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622, as [H21] quotes it",
+    },
+    assumed=(
+        "the orbit's plane is the xy-plane, with periapsis at the start on the x-axis: to which plane the published "
+        "inclination, node and argument of periapsis are referred, [H21] does not say",
+        "Alpha's pole is tilted by the nominal angle ([O06]: 0 to 7.5 degrees), about the x-axis",
+        "Beta spins about the pole of the orbit at the mean motion, its longest axis towards Alpha",
+        "the elements are osculating, as [H21] takes them: the run keeps them, not the published period",
+    ),
+    frame="orbit",
+    second_hand=(
+        "tilt of Alpha's pole from the orbit's",
+        "semi-major axis",
+        "eccentricity",
+        "inclination (not used)",
+        "ascending node (not used)",
+        "argument of periapsis (not used)",
+    ),
+)
+
 
 def kw4_ho2021(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
-    units: bool = False,
+    units: Wanted = False,
     **options: Any,
 ) -> tuple[System, State]:
     """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
@@ -39,14 +79,14 @@ def kw4_ho2021(
     (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts elements referred to
     the plane of the sky (Ostro et al. 2006) beside spins along the inertial z-axis: the orbit is retrograde to both
     spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator. :func:`kw4` is that
-    one.
+    one. For the same reason a ``frame=`` is refused: the axes are of none.
 
     Parameters
     ----------
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a, as in the paper.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -83,35 +123,44 @@ def kw4_ho2021(
     >>> system.bodies[0].shape
     Ellipsoid(a=0.766, b=0.766, c=0.6735)
     """
-    system = _kw4_system(shape, units, options)
+    _refuse_frame(options, "the elements and the spins of this system are of different frames")
+    system = _kw4_system(shape, units, settled(options, None))
     angles = {name: np.deg2rad(value) for name, value in KW4_SKY.items()}
     position, velocity = KeplerElements(**KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
-    return system, _state(
-        units,
+    state = _state(
+        bool(system.units),
         position=[[0.0, 0.0, 0.0], position],
         velocity=[[0.0, 0.0, 0.0], velocity],
         angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
         spin=[[0.0, 0.0, spin] for spin in KW4_SPINS],
     )
+    return in_units(system, state, units)
 
 
+@documented(FACTS)
 def kw4(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
-    units: bool = False,
+    frame: Literal["orbit"] | None = None,
+    units: Wanted = False,
     **options: Any,
 ) -> tuple[System, State]:
     """The physical (66391) 1999 KW4: prograde, near Alpha's equator, Beta synchronous.
 
-    Bodies, masses, a and e are those of :func:`kw4_ho2021`. The orbit's plane is the xy-plane; Alpha's pole is tilted
-    by 3.2 degrees from its normal (nominal; Ostro et al. 2006 give 0 to 7.5 degrees); Beta's long axis points at Alpha
-    and its spin is the orbit's mean rate. The barycentre rests at the origin. Assumed, since it is not published:
-    periapsis at the start on the x-axis, and Alpha's tilt about that axis.
+    Bodies, masses, a and e are those of :func:`kw4_ho2021`, and so is the reading of a and e as elements of the start.
+    By Kepler's third law they make the published period of 17.42 h; but Alpha is oblate and Beta long, which both add
+    to the attraction, and the mutual period of the run is 17.10 h (spheroids: 17.12 h). :func:`fullbody.binary` makes a
+    start that keeps a period. The barycentre rests at the origin.
 
     Parameters
     ----------
     shape : {"ellipsoid", "spheroid"}
-    units : bool
+        Spheroids have b = a.
+    frame : "orbit", optional
+        The only one there is: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
+        for the frame of the published inclination and node is not known.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -119,6 +168,10 @@ def kw4(
     -------
     system : System
     state : State
+
+    Notes
+    -----
+    {published}
 
     References
     ----------
@@ -133,18 +186,23 @@ def kw4(
     >>> state.position[1, 0]
     <Quantity 2.40878048 km>
     """
-    system = _kw4_system(shape, units, options)
+    if frame not in (None, "orbit"):
+        raise InvalidInput(
+            f"frame is {frame!r}; expected 'orbit': the frame of the published inclination and node is not known"
+        )
+    system = _kw4_system(shape, units, {**settled(options, None), "frame": frame})
     mu = _kw4_mu()
     orbit = KeplerElements(**KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
     position, velocity = orbit.to_cartesian(mu)
     share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
-    return system, _state(
-        units,
+    state = _state(
+        bool(system.units),
         position=share * position,
         velocity=share * velocity,
         angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
         spin=[[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
     )
+    return in_units(system, state, units)
 
 
 def case1(**options: Any) -> tuple[System, State]:
@@ -203,6 +261,10 @@ def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, St
     from ..state import State
     from ..system import System
 
+    _refuse_frame(options, "this system is dimensionless, its axes are of no frame")
+    refuse_unknown(
+        options, (name for name in options_of(System) if name not in ("bodies", "G", "frame")), "this system"
+    )
     bodies = [Body(Ellipsoid(1.0, 1.0, 0.25), mass=2.0, name=name) for name in "AB"]
     state = State.from_tait_bryan(
         position=[[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]],
@@ -213,11 +275,17 @@ def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, St
     return System(bodies, G=1.0, **options), state
 
 
+def _refuse_frame(options: dict[str, Any], why: str) -> None:
+    """Refuse to name a frame that the axes are not those of."""
+    if (frame := options.pop("frame", None)) is not None:
+        raise InvalidInput(f"frame is {frame!r}; expected none: {why}")
+
+
 def _kw4_mu() -> float:
     return _G_HO2021 * sum(_KW4_MASSES)
 
 
-def _kw4_system(shape: str, units: bool, options: dict[str, Any]) -> System:
+def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
     from ..system import System
 
     if shape not in ("ellipsoid", "spheroid"):
@@ -225,7 +293,7 @@ def _kw4_system(shape: str, units: bool, options: dict[str, Any]) -> System:
     bodies = []
     for name, mass, (a, b, c) in zip(("Alpha", "Beta"), _KW4_MASSES, _KW4_AXES, strict=True):
         bodies.append(Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=mass, name=name))
-    return System(bodies, G=_G_HO2021, units=_KW4_UNITS if units else None, **options)
+    return System(bodies, G=_G_HO2021, units=base_units(units), **options)
 
 
 def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:

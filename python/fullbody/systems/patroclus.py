@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..pair import Component
-from ._build import Frame, G, pair
+from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -41,15 +41,15 @@ FACTS = Published(
 
 
 @documented(FACTS)
-def patroclus_menoetius(*, frame: Frame = "equatorial", units: bool = False, **options: Any) -> tuple[System, State]:
+def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(617) Patroclus and Menoetius, a Trojan pair of almost equal bodies.
 
     Parameters
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
         Of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane with its node on the x-axis.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 

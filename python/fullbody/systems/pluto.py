@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..pair import Component
-from ._build import Frame, G, pair
+from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ FACTS = Published(
 
 
 @documented(FACTS)
-def pluto_charon(*, frame: Frame = "equatorial", units: bool = False, **options: Any) -> tuple[System, State]:
+def pluto_charon(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(134340) Pluto and Charon, doubly synchronous, without the small satellites.
 
     Parameters
@@ -52,8 +52,8 @@ def pluto_charon(*, frame: Frame = "equatorial", units: bool = False, **options:
     frame : {"equatorial", "ecliptic", "orbit"}
         Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the orbit's plane as xy-plane
         with its node on the equator on the x-axis.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 

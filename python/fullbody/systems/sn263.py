@@ -11,7 +11,7 @@ from .._units import Units
 from ..bodies import Body
 from ..elements import KeplerElements
 from ..pair import Component
-from ._build import UNITS, Frame, G, check_frame, in_frame
+from ._build import Frame, G, Wanted, base_units, check_frame, in_frame, in_units, settled
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def sn263_2001(
     *,
     axis_ratios: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 1.0), (1.0, 1.0)),
     frame: Frame = "equatorial",
-    units: bool = False,
+    units: Wanted = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(153591) 2001 SN263: Alpha, the outer Beta and the inner Gamma, as three ellipsoids.
@@ -108,8 +108,8 @@ def sn263_2001(
     frame : {"equatorial", "ecliptic", "orbit"}
         Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's orbit as
         xy-plane with its node on the equator on the x-axis.
-    units : bool
-        Whether the system gives Quantities. Numbers are in km, hour, kg either way.
+    units : bool or (length, time, mass)
+        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -134,6 +134,8 @@ def sn263_2001(
     from ..system import System
 
     check_frame(frame)
+    options = settled(options, FACTS.epoch)
+    base = base_units(units)
     names = ("Alpha", "Beta", "Gamma")
     masses = np.array([FACTS[f"mass of {name}"] for name in names])
     shapes = [
@@ -165,8 +167,8 @@ def sn263_2001(
         matrix = _rotation.matrices(back)
         position, velocity = position @ matrix.T, velocity @ matrix.T
         attitudes = [_rotation.product(back, q) for q in attitudes]
-    system = System(bodies, G=G, units=UNITS if units else None, epoch=FACTS.epoch, frame=frame, **options)
-    attach = Units(UNITS).attach if units else Units().attach
+    system = System(bodies, G=G, units=base, frame=frame, **options)
+    attach = Units(base).attach
     state = State(
         attach(position, "length"),
         attach(velocity, "velocity"),
@@ -174,7 +176,7 @@ def sn263_2001(
         attach(np.array([[0.0, 0.0, rate] for rate in rates]), "spin"),
         attach(np.float64(0.0), "time"),
     )
-    return system, in_frame(state, FACTS, frame)
+    return in_units(system, in_frame(state, FACTS, frame), units)
 
 
 def _elements(name: str) -> KeplerElements:

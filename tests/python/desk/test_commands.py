@@ -50,7 +50,7 @@ def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
     assert "nothing.toml" in capsys.readouterr().err
     description.write_text(KW4)
     assert main(["run", str(description), "--until", "soon"]) == 1
-    assert "--until is 'soon'; expected a number" in capsys.readouterr().err
+    assert "--until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'" in capsys.readouterr().err
     assert main(["run", str(description), "-o", str(tmp_path / "nowhere" / "a.nc")]) == 1
     assert "no folder" in capsys.readouterr().err
     # Before the work, not after it.

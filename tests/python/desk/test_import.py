@@ -1,9 +1,11 @@
 """``import fullbody`` is fast: libraries for units, files, pictures and progress come only when they are used."""
 
 import json
+import re
 import subprocess
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 import fullbody
 import pytest
@@ -21,6 +23,32 @@ def test_heavy_libraries_are_not_imported():
     loaded = set(python(code))
     assert "numpy" in loaded
     assert loaded.isdisjoint(HEAVY)
+
+
+def test_submodules_come_when_they_are_asked_for():
+    """Those that the reference documents, and what the commands use."""
+    names = ("cli", "paper", "plots", "reproduce", "toml_setup", "view")
+    late = [name for name in names if name != "toml_setup"]
+    code = (
+        "import sys, json, fullbody; "
+        f"before = [name for name in {late} if 'fullbody.' + name in sys.modules]; "
+        f"found = [getattr(fullbody, name).__name__ for name in {names}]; "
+        "print(json.dumps([before, found, sorted({name.split('.')[0] for name in sys.modules})]))"
+    )
+    before, found, loaded = python(code)
+    assert before == []
+    assert found == [f"fullbody.{name}" for name in names]
+    assert set(loaded).isdisjoint(HEAVY)
+
+
+def test_all_that_the_reference_documents_is_there():
+    """As ``.. automodule:: fullbody.plots`` and the like name it, without another import."""
+    pages = (Path(__file__).parents[3] / "docs" / "reference").glob("*.md")
+    documented = {name for page in pages for name in re.findall(r"auto\w+:: (fullbody\.\w+)$", page.read_text(), re.M)}
+    assert {"fullbody.plots", "fullbody.view"} <= documented
+    code = "import json, fullbody; print(json.dumps([hasattr(fullbody, n) for n in {}]))"
+    names = sorted(name.removeprefix("fullbody.") for name in documented)
+    assert python(code.format(names)) == [True] * len(names)
 
 
 def test_a_plain_run_needs_none_of_them():

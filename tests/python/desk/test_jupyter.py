@@ -5,6 +5,7 @@ from html.parser import HTMLParser
 import fullbody
 import numpy as np
 import pytest
+from astropy import units as u
 
 
 class Cells(HTMLParser):
@@ -101,6 +102,35 @@ def test_units_of_elements(kw4_run):
     assert "a [km]" in shown
     assert "i [deg]" in shown
     assert f"{np.rad2deg(kw4_run.elements().i.value[-1]):.8g}" in shown
+
+
+@pytest.mark.parametrize("units", [False, True])
+def test_energy_and_interactions(units):
+    system, state = fullbody.systems.kw4(units=units)
+    energy, found = system.energy(state), system.interactions(state)
+    unit = f" {energy.total.unit}" if units else ""
+    shown = cells(energy)
+    for name in ("total", "translational", "rotational", "potential"):
+        value = getattr(energy, name)
+        assert shown[shown.index(name) + 1] == f"{getattr(value, 'value', value):.8g}{unit}"
+    shown = cells(found)
+    assert shown[:2] == ["body", f"force [{found.force.unit}]" if units else "force"]
+    force = np.asarray(found.force)[1] + 0.0
+    assert shown[shown.index("1") + 1] == "(" + ", ".join(f"{x:.6g}" for x in force) + ")"
+    energy_value = float(getattr(found.potential_energy, "value", found.potential_energy))
+    assert f"potential energy {energy_value:.8g}{unit}<" in found._repr_html_()
+
+
+def test_component():
+    """What is given and nothing else."""
+    assert cells(fullbody.Component(diameter=2.0, axis_ratios=(1.2, 1.1), pole=(0.1, 0.2), name="a<b")) == [
+        *("diameter", "2", "axis ratios", "1.2, 1.1", "pole", "0.1, 0.2"),
+    ]
+    united = fullbody.Component(semi_axes=[3, 2, 1] * u.km, mass="2 kg", rotation_period=float("inf"), tilt=3 * u.deg)
+    assert cells(united) == [
+        *("semi axes", "3 km, 2 km, 1 km", "mass", "2 kg", "rotation period", "inf", "tilt", "3 deg"),
+    ]
+    assert "a&lt;b" in fullbody.Component(diameter=2.0, name="a<b")._repr_html_()
 
 
 def test_names_are_escaped():

@@ -139,9 +139,9 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("e = 0.0004, ", "", r"body\[1\]\.orbit\.e: is missing; expected a number"),
         ('i = "156.1 deg"', 'i = "156.1 km"', r"body\[1\]\.orbit\.i: .*unit km; expected a unit such as rad"),
         ('"kg"]', '"km"]', r"system\.units: units has 'km'; expected a unit of mass"),
-        ('["km", "hour", "kg"]', '"SI"', r"system\.units: is 'SI'; expected three texts"),
+        ('["km", "hour", "kg"]', '"SI"', r"system\.units: units is 'SI'; expected \(length, time, mass\)"),
         ('gravity = "surface"', 'gravity = "sponge"', r"system: .*sponge"),
-        ('gravity = "surface"', "order = [1.5, 2]", r"system: an option of the system has the wrong type"),
+        ('gravity = "surface"', "order = [1.5, 2]", r"system: order is \(1\.5, 2\); expected \(n, m\), whole"),
         ("rtol = 1e-12", "rtol = 2.0", r"integrator: rtol is 2.0; expected a number from 0 to below 1"),
         ("rtol = 1e-12", "rtoll = 1.0", r"integrator\.rtoll: is no key .* did you mean 'rtol'\?"),
         ("rtol = 1e-12", 'name = "Euler"', r"integrator\.name: is 'Euler'; expected one of 'Verner98'"),
@@ -152,6 +152,12 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("[run]", "[extra]\n[run]", r"extra: is no key of this table"),
         ("[run]", '[run]\norigin = "sun"', r"run\.origin: is 'sun'; expected one of 'given', 'barycentre'"),
         ("[run]", "[run", r"not valid TOML: .*line 25"),
+        (
+            'output = "30 min"',
+            'output = "-1 hour"',
+            r"run\.output: is '-1 hour'; expected a spacing above zero, or a list",
+        ),
+        ('output = "30 min"', "output = 0", r"run\.output: is 0; expected a spacing above zero"),
         ('output = "30 min"', 'output = "fast"', r"run\.output: is 'fast'; expected numbers, or .* such as '2.5 h'"),
     ],
 )
@@ -163,6 +169,24 @@ def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
     assert text.startswith(f"{tmp_path / 'system.toml'}: ")
     assert text.count("system.toml") == 1
     assert re.search(message, text), text
+
+
+@pytest.mark.parametrize(
+    ("output", "what"),
+    [("[1, 0.5]", "direction"), ("[1, 9]", "from 0 to 2"), ("1e-9", "which asks for 2e")],
+)
+def test_times_that_do_not_fit_name_the_file_too(tmp_path, output, what):
+    setup = read(tmp_path, f"{PAIR}output = {output}")
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        setup.run()
+    assert str(caught.value).startswith(f"{tmp_path / 'system.toml'}: run: ")
+    assert "output" in str(caught.value)
+    assert what in str(caught.value)
+
+
+def test_units_of_the_usual_kind(tmp_path):
+    usual = read(tmp_path, KW4.replace('["km", "hour", "kg"]', "true"))
+    assert usual.system == read(tmp_path, KW4).system
 
 
 def test_units_in_a_system_without_any_are_refused(tmp_path):
