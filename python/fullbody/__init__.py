@@ -14,6 +14,7 @@ import typing as _typing
 from . import events, frames, observables, systems
 from ._core import vector_paths
 from .bodies import Body, Ellipsoid, PointMass, Sphere
+from .dense import Dense, Samples
 from .elements import KeplerElements
 from .errors import (
     BodiesOverlap,
@@ -35,13 +36,14 @@ from .integrators import (
     Verner87,
     Verner98,
 )
+from .interactions import Energy, Interactions
 from .io import load
 from .pair import Component, binary
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
-from .run import Dense, Run, Samples, Statistics
+from .run import Run, Statistics
 from .simulation import Simulation
 from .state import State
-from .system import Energy, Interactions, System
+from .system import System
 from .toml_setup import Setup, read_toml
 
 if _typing.TYPE_CHECKING:

@@ -16,10 +16,11 @@ from . import _core
 from ._files import replacing
 from ._overlap import explained, explaining
 from ._units import Units, scalar
+from .dense import Dense
 from .errors import BodiesOverlap, Interrupted, InvalidInput
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
-from .run import Dense, Run, Statistics
+from .run import Run, Statistics
 from .state import State
 from .system import System
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,68 +10,21 @@ import numpy as np
 from . import _core, _epoch
 from ._arguments import integer, named_options, place
 from ._overlap import explaining
-from ._records import Record, block
 from ._units import Units, scalar
 from .bodies import SHAPES, Body
 from .errors import InvalidInput
 from .events import Event
 from .integrators import Integrator
+from .interactions import Energy, Interactions
 from .state import State
 
 if TYPE_CHECKING:
     from .run import Run
 
-__all__ = ["Energy", "Interactions", "System"]
+__all__ = ["System"]
 
 #: Options that the core takes, in its order.
 _CORE = ("gravity", "gravity_tolerance", "order", "attitude_chart", "vector_path")
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Interactions(Record):
-    """Forces, torques and the potential energy of a state.
-
-    Attributes
-    ----------
-    force : ndarray or Quantity, (N, 3)
-        Inertial frame.
-    torque : ndarray or Quantity, (N, 3)
-        About each body's centre, in its body frame.
-    potential_energy : float or Quantity
-        Negative: minus the paper's U.
-    """
-
-    force: Any
-    torque: Any
-    potential_energy: Any
-
-    def _repr_html_(self) -> str:
-        from . import tables
-
-        return tables.to_html(tables.of_interactions(self))
-
-    def __repr__(self) -> str:
-        return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
-
-
-@dataclass(frozen=True, slots=True)
-class Energy:
-    """Energy in its parts.
-
-    Attributes
-    ----------
-    total, translational, rotational, potential : float or Quantity
-    """
-
-    total: Any
-    translational: Any
-    rotational: Any
-    potential: Any
-
-    def _repr_html_(self) -> str:
-        from . import tables
-
-        return tables.to_html(tables.of_energy(self))
 
 
 class System:
@@ -340,7 +292,8 @@ class System:
         progress : bool, str or callable
             ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
         autosave : (path, seconds), optional
-            Writes the simulation to a file every so many seconds; :meth:`fullbody.Simulation.load` goes on from it.
+            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
+            :meth:`fullbody.Simulation.load` goes on from it.
 
         Returns
         -------

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from .bodies import Body
     from .component import Component
     from .elements import KeplerElements
+    from .interactions import Energy, Interactions
     from .run import Run
     from .state import State
-    from .system import Energy, Interactions, System
+    from .system import System
 
 __all__ = [
     "Table",

@@ -147,6 +147,8 @@ def test_gubas_units():
     assert system.options["gravity"] == "multipole:4"
     np.testing.assert_allclose(system.bodies[0].density.to_value("kg / km3"), 2.1e12)
     assert state.time == 60 * u.s
+    with pytest.raises(fullbody.InvalidInput, match=r"units is \('m', 's', 'kg'\); expected True or False"):
+        fullbody.read_gubas(DATA / "gubas_pair.cfg", units=("m", "s", "kg"))
 
 
 def test_gubas_euler_angles(tmp_path):

@@ -151,7 +151,7 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
         columns["e"],
         *(view.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
     ]
-    return ElementRates(KeplerElements._trusted(attached), rates, means)
+    return ElementRates(KeplerElements._trusted(attached, run.system.frame), rates, means)
 
 
 def _per_time(view: View, number: Any) -> Any:

@@ -116,6 +116,8 @@ def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tup
         ]
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from error
+    if not isinstance(units, bool):
+        raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
     system = System(bodies, G=setup.G, units=_UNITS if units else None, **options)
     q_a = quaternion(setup.a_to_n)
     q_b = quaternion(setup.a_to_n @ setup.b_to_a)

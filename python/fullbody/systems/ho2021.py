@@ -76,10 +76,11 @@ def kw4_ho2021(
     """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
 
     Alpha starts at rest at the origin with phi = 3.2 degrees; Beta carries the whole relative state of
-    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts elements referred to
-    the plane of the sky (Ostro et al. 2006) beside spins along the inertial z-axis: the orbit is retrograde to both
-    spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator. :func:`kw4` is that
-    one. For the same reason a ``frame=`` is refused: the axes are of none.
+    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts the elements of Ostro
+    et al. (2006), in an astronomical frame that it does not name, beside spins along the inertial z-axis: the orbit is
+    retrograde to both spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator.
+    :func:`kw4` is that one. For the same reason a ``frame=`` is refused: the axes are of none. Referred to Earth's
+    equator of J2000, i and Omega put the orbit's pole at ecliptic longitude 325.8 and latitude -61.8 degrees.
 
     Parameters
     ----------

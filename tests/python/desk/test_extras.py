@@ -12,7 +12,7 @@ import fullbody
 from fullbody import observables
 from fullbody.cli import main
 system, state = fullbody.systems.case1()
-run = system.integrate(state, 120.0, output=1.0)
+run = system.integrate(state, 300.0, output=1.0)
 for call in {calls!r}:
     try:
         exec(call)
