@@ -323,7 +323,7 @@ def test_round_orbits_keep_the_published_period(name, period):
     system, state = getattr(systems, name)()
     run = system.integrate(state, 15 * period, output=period / 40)
     found = fullbody.observables.mutual_period(run)
-    np.testing.assert_allclose(found.mean, period, rtol=2e-4)
+    np.testing.assert_allclose(found.mean, period, rtol=1e-6)
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     assert np.ptp(distance) < 0.01 * distance[0]
 
