@@ -67,11 +67,12 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 $(REPORT)/numbers.json: $(VENV)/.built python/fullbody/paper.py $(shell find python/fullbody/reproduce -type f -not -path '*/__pycache__/*')
 	$(BIN)/python -m fullbody reproduce --out $(REPORT)
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, import
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
+	$(BIN)/python benches/import_time.py
 
 clean:  ## removes what was built
 	rm -rf target $(VENV) out dist docs/_extra docs/notebooks

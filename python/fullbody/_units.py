@@ -80,11 +80,16 @@ def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
 
 def _floats(value: object, what: str) -> npt.NDArray[np.float64]:
     try:
-        if value is None or np.iscomplexobj(value):  # type: ignore[arg-type]
-            raise TypeError("numpy would make it nan, or drop the imaginary part")
+        kind = np.asarray(value).dtype.kind
+        if value is None or kind not in "biufO" or (kind == "O" and _has_text(value)):
+            raise TypeError("numpy would make it nan, drop the imaginary part, or read the text")
         return np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
+
+
+def _has_text(value: Any) -> bool:
+    return any(part is None or isinstance(part, str | bytes) for part in np.asarray(value).flat)
 
 
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:

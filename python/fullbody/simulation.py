@@ -6,9 +6,9 @@ import contextlib
 import copy
 import json
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ._files import replacing
 from ._overlap import explained, explaining
 from ._units import Units, scalar
 from .dense import Dense
-from .errors import BodiesOverlap, Interrupted, InvalidInput
+from .errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
 from .run import Run, Statistics
@@ -26,6 +26,8 @@ from .system import System
 
 __all__ = ["Simulation"]
 
+#: Under a name of its own, since the class has a property of the module's.
+_Core: TypeAlias = _core.Simulation
 _MAGIC = b"fullbody simulation\n"
 
 
@@ -60,7 +62,27 @@ class Simulation:
         self._integrator = integrator
         start = system._strip(state)
         with explaining(system, lambda: start, " at the start"):
-            self._core = _core.Simulation(system._core, start, *integrator._arguments(self._time_of_step))
+            self._idle = _core.Simulation(system._core, start, *integrator._arguments(self._time_of_step))
+
+    #: Whether a run or a step is under way; what is called from within one may not touch it.
+    _running = False
+
+    @property
+    def _core(self) -> _Core:
+        if self._running:
+            raise FullbodyError(
+                "the simulation is in the middle of a run; expected it to be used between runs (a function that is "
+                "called in one is given the time or the state)"
+            )
+        return self._idle
+
+    @contextlib.contextmanager
+    def _run(self) -> Iterator[_Core]:
+        core, self._running = self._core, True
+        try:
+            yield core
+        finally:
+            self._running = False
 
     def _time_of_step(self, step: Any) -> float:
         return self._system._units.number(step, "time", "step")
@@ -133,7 +155,8 @@ class Simulation:
             return
         # Far, but finite, so that differences of times stay numbers.
         try:
-            self._core.step(float(np.clip(end, -1e300, 1e300)))
+            with self._run() as core:
+                core.step(float(np.clip(end, -1e300, 1e300)))
         except BodiesOverlap as error:
             raise explained(error, self._system, None) from None
 
@@ -178,8 +201,8 @@ class Simulation:
             # A place that cannot be written in is known now, not when the first file is due.
             self.save(path)
         before = self._core.statistics
-        with _Bar(progress) as report:
-            record, error = self._core.integrate(end, spacing, times, described, bool(dense), report, keep)
+        with _Bar(progress) as report, self._run() as core:
+            record, error = core.integrate(end, spacing, times, described, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
         happened, solution, (reason, _) = (record.pop(name) for name in ("events", "dense", "stop_reason"))
         run = Run(self._system, record, counts, self._integrator)
@@ -276,7 +299,7 @@ class Simulation:
             raise InvalidInput(f"its first lines are damaged: {error}") from error
         sim = cls.__new__(cls)
         sim._system, sim._integrator = system, integrator
-        sim._core = _core.Simulation.from_bytes(core)
+        sim._idle = _core.Simulation.from_bytes(core)
         return sim
 
     def _write(self, path: Path, core: bytes) -> None:
@@ -308,6 +331,8 @@ def _output(output: Any, units: Units) -> tuple[float | None, Any]:
     """Spacing or times."""
     if output is None:
         return None, None
+    if isinstance(output, bool):
+        raise InvalidInput(f"output is {output!r}; expected None, a spacing above zero, or times")
     values = units.strip(output, "time", "output")
     if values.ndim > 1:
         raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")

@@ -178,7 +178,10 @@ impl Stepper {
         self.next = self.next.abs() * direction;
         loop {
             let (size, cut) = self.fit(end);
-            self.refuse_tiny(size, "the error tolerance cannot be met")?;
+            // All that is left may be as short as the time's rounding, and is gone all the same.
+            if size != self.remaining(end) {
+                self.refuse_tiny(size, "the error tolerance cannot be met")?;
+            }
             equations.prepare(self.time(), &self.high, size)?;
             match self.attempt(equations, size) {
                 Ok(error) if error <= 1.0 => {
@@ -252,9 +255,13 @@ impl Stepper {
         Ok(())
     }
 
+    fn remaining(&self, end: f64) -> f64 {
+        (end - self.time.high) - self.time.low
+    }
+
     /// The planned step, shortened to end at `end` or stretched a little to avoid a tiny remainder.
     fn fit(&self, end: f64) -> (f64, bool) {
-        let remaining = (end - self.time.high) - self.time.low;
+        let remaining = self.remaining(end);
         if self.next.abs() >= remaining.abs() {
             (remaining, true)
         } else if 2.0 * self.next.abs() > remaining.abs() {
@@ -332,8 +339,7 @@ impl Stepper {
             (*high, *low) = (sum, error);
         }
         equations.restore(&mut self.high, &mut self.low);
-        let arrived = (end - self.time.high) - self.time.low == size;
-        if arrived {
+        if self.remaining(end) == size {
             self.time = Compensated::new(end);
         } else {
             self.time.add(size);

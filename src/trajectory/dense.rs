@@ -11,14 +11,15 @@ use crate::integrate::Segment;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     inner: Inner,
+    first: State,
     segments: Vec<Segment>,
     start: f64,
     end: f64,
 }
 
 impl Dense {
-    pub(super) fn new(inner: &Inner, start: f64) -> Self {
-        Self { inner: inner.clone(), segments: Vec::new(), start, end: start }
+    pub(super) fn new(inner: &Inner, first: State, start: f64) -> Self {
+        Self { inner: inner.clone(), first, segments: Vec::new(), start, end: start }
     }
 
     pub(super) fn push(&mut self, segment: &Segment, end: f64) {
@@ -44,13 +45,15 @@ impl Dense {
     /// The state at a time of the run.
     pub fn state(&self, time: f64) -> Result<State> {
         let (low, high) = (self.start.min(self.end), self.start.max(self.end));
-        let inside = (low..=high).contains(&time) && !self.segments.is_empty();
-        if !inside {
+        if !(low..=high).contains(&time) {
             return Err(Error::invalid(
                 "time",
                 time,
                 format!("one from {low} to {high}, which the run covers"),
             ));
+        }
+        if self.segments.is_empty() {
+            return Ok(self.first.clone());
         }
         let forward = self.end >= self.start;
         let after =

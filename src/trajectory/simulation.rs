@@ -137,7 +137,7 @@ impl Simulation {
         let mut sample = zeros.clone();
         record.stop_reason = StopReason::Unfinished;
         if dense {
-            record.dense = Some(Dense::new(&self.inner, start));
+            record.dense = Some(Dense::new(&self.inner, self.state(), start));
         }
         if times.due(start) {
             self.record_present(record);

@@ -337,7 +337,7 @@ def test_constant_of_a_field(G):
 def test_systems_by_name():
     refused(lambda: fullbody.systems.kw4_ho2021("cube"), "shape", "'cube'", "'ellipsoid' or 'spheroid'")
     refused(lambda: fullbody.systems.kw4("cube"), "shape", "'cube'", "'ellipsoid' or 'spheroid'")
-    refused(lambda: fullbody.systems.case2(NAN), "angles", "nan")
+    refused(lambda: fullbody.systems.case2(NAN), "theta_0", "nan")
     refused(lambda: START.replace(colour="red"), "colour")
 
 
@@ -415,3 +415,20 @@ def test_events_that_are_text():
         lambda: SYSTEM.integrate(START, 1.0, events="Periapsis"),
         "events is 'Periapsis', which is text; expected a list",
     )
+
+
+def test_numbers_beyond_all_floats_and_text_in_disguise():
+    huge = 10**309
+    for call, what in (
+        (lambda: State([[0, 0, 0], [huge, 0, 0]], VELOCITY), "position is .*; expected numbers"),
+        (lambda: System(SYSTEM.bodies, G=huge), "G is .*; expected numbers"),
+        (lambda: SYSTEM.integrate(START, huge), "until is .*; expected numbers"),
+        (lambda: fullbody.KeplerElements(huge, 0, 0, 0, 0, 0), "a is .*; expected"),
+        (lambda: System(SYSTEM.bodies, G=b"1"), "G is b'1'; expected numbers"),
+        (lambda: State(POSITION, np.array([["1", "2", "3"]] * 2, dtype=object)), "velocity is .*; expected numbers"),
+        (lambda: SYSTEM.integrate(START, 1.0, output=True), "output is True; expected None, a spacing"),
+        (lambda: fullbody.systems.case2(None), "theta_0 is None; expected numbers"),
+        (lambda: fullbody.systems.case2("x"), "theta_0 is 'x'; expected numbers"),
+    ):
+        refused(call, *what.split(".*"))
+    assert fullbody.systems.case2("5 deg")[1] == fullbody.systems.case2(np.radians(5.0))[1]

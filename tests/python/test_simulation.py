@@ -427,3 +427,37 @@ def test_repr():
     sim = fullbody.Simulation(*CASE1, fullbody.SymplecticSplitting(0.25))
     for word in ("time=0.0", "focal", "SymplecticSplitting(step=0.25, scheme='ABA864')"):
         assert word in repr(sim)
+
+
+def test_times_that_differ_by_rounding_alone():
+    system, state = fullbody.systems.kw4()
+    sim = fullbody.Simulation(system, state)
+    for k in range(1, 40):
+        sim.integrate(sim.time + 0.1)
+        sim.integrate(k * 0.1)
+        assert sim.time == k * 0.1
+    one = system.integrate(state, 3.9)[-1]
+    np.testing.assert_allclose(sim.state.position, one.position, rtol=1e-12, atol=1e-12)
+    run = system.integrate(state, 5e-324, dense=True)
+    np.testing.assert_allclose(run[-1].position, state.position, rtol=1e-15, atol=1e-300)
+
+
+def test_a_dense_run_of_no_length_is_its_start():
+    system, state = fullbody.systems.case1()
+    run = system.integrate(state, 0.0, dense=True)
+    assert run(0.0) == state
+    assert run([0.0]).position.shape == (1, 2, 3)
+    with pytest.raises(fullbody.InvalidInput, match=r"expected one from 0\.0 to 0\.0"):
+        run(1e-300)
+
+
+def test_a_simulation_in_a_run_is_not_touched():
+    system, state = fullbody.systems.case1()
+    sim = fullbody.Simulation(system, state)
+    for touch in (lambda: sim.time, lambda: sim.state, sim.step, lambda: sim.integrate(1.0), lambda: repr(sim)):
+        watched = fullbody.events.Function(lambda _, touch=touch: touch() and 1.0)
+        with pytest.raises(fullbody.FullbodyError, match="the simulation is in the middle of a run") as caught:
+            sim.integrate(sim.time + 5.0, events=[watched])
+        assert not isinstance(caught.value, fullbody.StepSizeTooSmall)
+    sim.integrate(40.0)
+    assert sim.time == 40.0

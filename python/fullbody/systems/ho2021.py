@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._arguments import options_of, refuse_unknown
+from .._units import Units
 from ..bodies import Body, Ellipsoid
 from ..elements import KeplerElements
 from ..errors import InvalidInput
@@ -233,13 +234,13 @@ def case1(**options: Any) -> tuple[System, State]:
     return _case([[tilt, 0.0, 0.0], [-tilt, 0.0, 0.0]], 0.0, options)
 
 
-def case2(theta_0: float = np.pi / 32, **options: Any) -> tuple[System, State]:
+def case2(theta_0: Any = np.pi / 32, **options: Any) -> tuple[System, State]:
     """The paper's case 2: two oblate spheroids that spin like tops, tilted about y.
 
     Parameters
     ----------
-    theta_0 : float
-        The tilt in radians; the paper also remarks on pi/8.
+    theta_0 : float or Quantity
+        The tilt, in radians unless it says otherwise; the paper also remarks on pi/8.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -255,7 +256,8 @@ def case2(theta_0: float = np.pi / 32, **options: Any) -> tuple[System, State]:
     >>> state.spin[0]
     array([0., 0., 2.])
     """
-    return _case([[0.0, theta_0, 0.0], [0.0, -theta_0, 0.0]], 2.0, options)
+    tilt = Units().number(theta_0, "angle", "theta_0")
+    return _case([[0.0, tilt, 0.0], [0.0, -tilt, 0.0]], 2.0, options)
 
 
 def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, State]:

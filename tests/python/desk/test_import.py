@@ -60,13 +60,13 @@ def test_a_plain_run_needs_none_of_them():
     assert set(python(code)).isdisjoint(HEAVY)
 
 
-def test_import_time():
-    """Under 0.2 s beyond numpy; the best of five, since other work on the machine only adds to it."""
+def test_little_is_imported():
+    """Beyond numpy: the package's own modules and a few of the standard library. How long it takes is in benches/."""
     code = (
-        "import time, json, numpy; start = time.perf_counter(); import fullbody; "
-        "print(json.dumps(time.perf_counter() - start))"
+        "import sys, json, numpy; before = set(sys.modules); import fullbody; "
+        "print(json.dumps(len(set(sys.modules) - before)))"
     )
-    assert min(python(code) for _ in range(5)) < 0.2
+    assert python(code) < 120
 
 
 def test_version_is_the_packages():

@@ -31,6 +31,27 @@ fn singularity() {
     }
 }
 
+/// An end as near as rounding brings it is reached, either way.
+#[test]
+fn ends_a_rounding_away() {
+    let (system, state) = points(0.3);
+    for integrator in all(1e-12, 0.1) {
+        for time in [0.3, 1.0, 100.0] {
+            for ulps in [-4_i64, -1, 1, 2, 4] {
+                let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+                let hook = &mut |_| ControlFlow::Continue(());
+                simulation.integrate(time, &Output::Steps, &mut Trajectory::new(2), hook).unwrap();
+                let end = f64::from_bits(time.to_bits().wrapping_add_signed(ulps));
+                simulation.integrate(end, &Output::Steps, &mut Trajectory::new(2), hook).unwrap();
+                assert_eq!(simulation.time(), end);
+                // It goes on from there as if nothing had been.
+                simulation.integrate(time + 1.0, &Output::Steps, &mut Trajectory::new(2), hook).unwrap();
+                assert_eq!(simulation.time(), time + 1.0);
+            }
+        }
+    }
+}
+
 /// Accepted steps allocate nothing once the rules are there.
 #[test]
 fn no_allocation() {

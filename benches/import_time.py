@@ -1,0 +1,22 @@
+"""How long ``import fullbody`` takes in a fresh interpreter, beside numpy alone.
+
+python benches/import_time.py
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+CODE = "import time; start = time.perf_counter(); import {}; print(time.perf_counter() - start)"
+
+
+def best(module: str, repeats: int = 10) -> float:
+    """Shortest time, seconds."""
+    command = [sys.executable, "-c", CODE.format(module)]
+    return min(float(subprocess.run(command, capture_output=True, check=True).stdout) for _ in range(repeats))
+
+
+if __name__ == "__main__":
+    alone, whole = best("numpy"), best("fullbody")
+    print(f"import fullbody: {whole:.3f} s, of which numpy {alone:.3f} s")
