@@ -44,7 +44,7 @@ class InconsistentInput(UserWarning):
     """
 
 
-class BodiesOverlap(FullbodyError):
+class BodiesOverlap(FullbodyError, RuntimeError):
     """Two bodies share interior points.
 
     Attributes

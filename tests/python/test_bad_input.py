@@ -392,6 +392,7 @@ def test_overlaps_say_how_far_or_when():
             call()
         assert "Contact" not in str(caught.value)
         assert caught.value.bodies == ("Alpha", "Beta")
+        assert isinstance(caught.value, RuntimeError)
     units = System([Body(Sphere(1.0), mass=1e9, name=name) for name in "AB"], units=("km", "hour", "kg"))
     falling = State(POSITION, [[0, 0, 0], [-1, 0, 0]])
 
