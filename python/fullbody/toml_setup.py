@@ -47,12 +47,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import integrators
+from ._files import check_suffix
 from ._records import Record
 from ._toml_table import Table
 from ._units import Units
 from .bodies import Body, Ellipsoid, PointMass, Sphere
 from .elements import KeplerElements
 from .errors import InvalidInput
+from .io import SUFFIXES
 from .state import State
 from .system import System
 
@@ -169,7 +171,9 @@ def read_toml(path: Any) -> Setup:
         raise run_table.fault(
             "output", f"is {run_table.content['output']!r}; expected a spacing above zero, or a list of times"
         )
-    file = path.parent / (run_table.text("file") if "file" in run_table else f"{path.stem}.nc")
+    name = run_table.text("file") if "file" in run_table else f"{path.stem}.nc"
+    with run_table.naming("file"):
+        check_suffix(name, SUFFIXES)
     attach = units.attach
     return Setup(
         path,
@@ -178,7 +182,7 @@ def read_toml(path: Any) -> Setup:
         integrator,
         attach(float(until), "time"),
         None if output is None else attach(output if output.ndim else float(output), "time"),
-        file,
+        path.parent / name,
     )
 
 

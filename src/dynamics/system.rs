@@ -9,6 +9,9 @@ use crate::quadrature::Order;
 use crate::shape::{Body, growth};
 use pulp::Arch;
 
+/// The farthest separation, in the system's units and in sizes of a body, whose inverse cube is safely a double.
+const REACH: f64 = 1e100;
+
 /// How the gravity of a system is computed and its attitudes are kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -135,7 +138,7 @@ impl System {
         Dynamics::new(self)
     }
 
-    /// Refuses states of another number of bodies, and bodies that overlap.
+    /// Refuses states of another number of bodies, bodies that overlap, and bodies too far apart for doubles.
     pub fn check(&self, state: &State) -> Result<()> {
         if state.bodies() != self.bodies.len() {
             return Err(Error::invalid(
@@ -145,9 +148,28 @@ impl System {
             ));
         }
         for (i, j) in self.pairs() {
-            self.check_apart(i, j, &pose(state, i, j), state.time)?;
+            let pose = pose(state, i, j);
+            self.check_reach(i, j, &pose)?;
+            self.check_apart(i, j, &pose, state.time)?;
         }
         Ok(())
+    }
+
+    /// Refuses separations whose inverse cube, in the system's units or in the size of a body, leaves the range of
+    /// doubles: the force would be zero without a word.
+    fn check_reach(&self, i: usize, j: usize, pose: &Pose) -> Result<()> {
+        let (first, second) = (&self.bodies[i], &self.bodies[j]);
+        let largest = [first, second].map(|body| body.shape.circumradius()).into_iter().fold(0.0, f64::max);
+        let limit = if largest > 0.0 { REACH * largest.min(1.0) } else { REACH };
+        let distance = pose.separation.amax();
+        if distance <= limit {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            format!("separation of {} and {}", first.name, second.name),
+            format!("{distance:e}"),
+            format!("at most {limit:e}; choose units that keep the numbers in range"),
+        ))
     }
 
     /// The factor by which two bodies have to grow to touch, no more than needed of it: infinite where their

@@ -94,6 +94,30 @@ def test_energies_and_momenta_that_overflow(size):
     finite_or_refused(lambda: fullbody.Body(fullbody.Ellipsoid(1, 2, 3), mass=1.0).potential([size, 0, 0], 1.0))
 
 
+@pytest.mark.parametrize("gravity", ["surface", "focal", "multipole:2", "point"])
+@pytest.mark.parametrize(("radius", "distance"), [(1.0, 1e110), (1.0, 1e160), (1.0, 1e300), (1e-50, 1e60)])
+def test_separations_whose_force_would_underflow(gravity, radius, distance):
+    """The masses are such that the force itself is a plain number: zero would be wrong."""
+    shape = fullbody.Ellipsoid(radius, 0.9 * radius, 0.8 * radius)
+    bodies = [fullbody.Body(shape, mass=1e150, name=name) for name in "AB"]
+    system = fullbody.System(bodies, G=1.0, gravity=gravity)
+    state = fullbody.State([[0, 0, 0], [0, distance, 0]], np.zeros((2, 3)))
+    with pytest.raises(fullbody.InvalidInput, match=r"separation of A and B is .*expected at most .*choose units"):
+        system.interactions(state)
+    with pytest.raises(fullbody.InvalidInput, match="separation of A and B"):
+        system.integrate(state, 1.0)
+
+
+@pytest.mark.parametrize("gravity", ["surface", "focal", "multipole:2", "point"])
+@pytest.mark.parametrize(("radius", "distance"), [(1.0, 1e100), (1e3, 1e99), (1e-50, 1e50)])
+def test_the_largest_separations_keep_newtons_force(gravity, radius, distance):
+    shape = fullbody.Ellipsoid(radius, 0.9 * radius, 0.8 * radius)
+    system = fullbody.System([fullbody.Body(shape, mass=1e100)] * 2, G=1.0, gravity=gravity)
+    force = system.interactions(fullbody.State([[0, 0, 0], [0, distance, 0]], np.zeros((2, 3)))).force
+    newton = (1e100 / distance) ** 2
+    assert np.allclose(force, [[0, newton, 0], [0, -newton, 0]], rtol=0, atol=1e-14 * newton)
+
+
 @pytest.mark.parametrize("mass", [1e160, 1e308])
 def test_masses_whose_product_overflows(mass):
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=mass)] * 2, G=1.0)

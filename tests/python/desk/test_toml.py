@@ -151,6 +151,8 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("[run]", "[runn]", r"runn: is no key of this table; did you mean 'run'\?"),
         ("[run]", "[extra]\n[run]", r"extra: is no key of this table"),
         ("[run]", '[run]\norigin = "sun"', r"run\.origin: is 'sun'; expected one of 'given', 'barycentre'"),
+        ("[run]", '[run]\nfile = "kw4.csv"', r"run\.file: path is 'kw4\.csv'; .*ends in one of \.nc, \.nc4"),
+        ("[run]", '[run]\nfile = "out/"', r"run\.file: path is 'out/'; .*ends in one of \.nc"),
         ("[run]", "[run", r"not valid TOML: .*line 25"),
         (
             'output = "30 min"',
