@@ -7,6 +7,8 @@ BIN    := $(VENV)/bin
 PYTHON ?= python3
 REPORT ?= out/reproduce
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
+# Of the report, which draws and measures with all of the package.
+SOURCES := $(shell find python/fullbody -type f -not -name '*.so' -not -path '*/__pycache__/*')
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 export PATH := $(CURDIR)/$(BIN):$(PATH)
@@ -64,7 +66,7 @@ docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/
 
 reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reproduce/
 
-$(REPORT)/numbers.json: $(VENV)/.built python/fullbody/paper.py $(shell find python/fullbody/reproduce -type f -not -path '*/__pycache__/*')
+$(REPORT)/numbers.json: $(VENV)/.built $(SOURCES)
 	$(BIN)/python -m fullbody reproduce --out $(REPORT)
 
 bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, import

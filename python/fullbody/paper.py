@@ -1,6 +1,6 @@
 """What the paper prints: Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35.
 
-The one source of these numbers for the tables, the figures, the report and the tests.
+The one source of these numbers for the tables, the figures, the report, the documentation and the tests.
 """
 
 from __future__ import annotations
@@ -104,11 +104,14 @@ def _statements() -> dict[str, Statement]:
     def add(key: str, where: str, quantity: str, text: str) -> None:
         said[key] = Statement(where, quantity, text)
 
+    add("all.machine", "Abstract", "accuracy of the simulations", "machine accuracy level")
+    add("all.pole", "2", "singularity of the angles at theta = 90 degrees", "not a problem for these cases")
     first = "3.1, Fig. 2"
     add("case1.z", first, "motion along z against that along x and y", "11 orders of magnitude smaller")
     add("case1.z_late", "3.1", "motion along z at t = 2200", "of order 1e-1")
     add("case1.xy_late", "3.1", "motion along x and y until t = 2200", "no significant changes")
     add("case1.force", "3.1, Fig. 3", "F_x and F_y on A", "of order 1e-1")
+    add("case1.force_z", "3.1, 5, Fig. 3", "force along z on A", "acts, from the tilt")
     add("case1.tumbling", first, "turns about x and z", "multiple")
     add("case1.spin_z", first, "spin about z, both bodies", "constant")
     add("case1.rotational", "3.1, Fig. 4", "rotational energy noticeable from t", "about 75")
@@ -138,20 +141,26 @@ def _statements() -> dict[str, Statement]:
             add(f"kw4.{shape}.{name}", "4, Fig. 7", f"{quantity}, {shape}s", f"{getattr(p, name):.4f}")
         quantity = f"between maxima of the inclination, h, {shape}s"
         add(f"kw4.{shape}.inclination_period", "4, Fig. 7", quantity, f"about {p.inclination_period:.0f}")
+    add("kw4.shape_a", "Abstract", "effect of the shape on the semi-major axis", "negligible")
+    add("kw4.shape_e", "Abstract", "effect of the shape on the eccentricity", "negligible")
+    add("kw4.shape_spin", "Abstract", "effect of the shape on Beta's spin z", "larger")
     add("kw4.mean_e", "5", "mean eccentricity", "larger for spheroids")
     add("kw4.a_order", "4, 5", "mean semi-major axis", "larger for spheroids")
+    add("kw4.period_power", "4", "mean period with the mean semi-major axis", "proportional")
     add("kw4.period_order", "4", "mean period", "longer for spheroids")
     add("kw4.period_order_5", "5", "mean period", "longer for ellipsoids")
     add("kw4.inclination_order", "4, 5", "period of the inclination", "longer for ellipsoids")
-    add("kw4.synchronous", "4", "Beta's rotation period against its orbital period", "equal")
+    add("kw4.equal_periods", "4", "Beta's rotation period against its orbital period", "equal")
+    add("kw4.synchronous", "4", "Beta's orbit", "synchronous")
     for axis, (low, high) in KW4_SPIN.items():
         quantity = f"Beta's spin {axis}, 200 h, 1e-5 rad/s, ellipsoids"
         add(f"kw4.spin_{axis}", "4, Fig. 8", quantity, f"[{low:.2f}, {high:.2f}]")
     add("kw4.spheroid.spin_z", "4, Fig. 8", "Beta's spin z, spheroids", "constant")
     add("kw4.spheroid.spin_xy", "4, Fig. 8", "Beta's spins x and y, spheroids", "as for ellipsoids")
-    add("kw4.transverse", "4, 5", "Beta's spins x and y larger than in 2008", "from the initial angles")
+    add("kw4.transverse", "4, 5", "Beta's spins x and y larger than in 2008", "from the start: its angles")
     add("kw4.excited_e", "4", "largest eccentricity against the excited state of 2008", f"below {EXCITED_E}")
     add("kw4.between_states", "4", "range of Beta's spin z", "between the relaxed and the excited state of 2008")
+    add("kw4.similar_spin", "5", "Beta's spin z, ellipsoids, against 2008", "similar")
     for shape in KW4:
         text = f"< {KW4_ERRORS['energy']:.0e}"
         add(f"kw4.{shape}.energy_error", "4, Fig. 9", f"energy error, step to step, relative, {shape}s", text)
@@ -165,5 +174,5 @@ def _statements() -> dict[str, Statement]:
     return said
 
 
-#: Everything that sections 3 to 5 and the tables state as a result, by key.
+#: Everything that the abstract, sections 3 to 5 and the tables state as a result, and section 2 of the cases; by key.
 STATEMENTS = _statements()

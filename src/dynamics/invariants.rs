@@ -1,8 +1,9 @@
 //! What the motion conserves: the paper's sections "Total energy" and "Angular momentum".
 
-use super::{State, System};
+use super::{Inner, State, System};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
+use crate::shape::Body;
 
 /// Energy in its parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,11 +38,47 @@ pub(super) fn momentum(system: &System, state: &State) -> Vec3 {
     )
 }
 
+/// Total angular momentum about the origin.
 pub(super) fn angular_momentum(system: &System, state: &State) -> Vec3 {
-    let of_body = |i: usize| {
-        let body = &system.bodies()[i];
-        let orbital = state.position[i].cross(&state.velocity[i]) * body.mass;
-        orbital + rotation::matrix(state.attitude[i]) * body.inertia().component_mul(&state.spin[i])
-    };
-    Vec3::from([0, 1, 2].map(|c| sum((0..state.bodies()).map(|i| of_body(i)[c]))))
+    total(system, |i| {
+        angular_momentum_of(
+            &system.bodies()[i],
+            &state.position[i],
+            &state.velocity[i],
+            state.attitude[i],
+            &state.spin[i],
+        )
+    })
+}
+
+/// The same of an integrator's vector: what the bodies have about the barycentre, and what that has about the origin,
+/// which is constant. Formed from the bodies' own places it would lose digits as the system travels.
+pub(super) fn angular_momentum_of_vector(system: &System, inner: &Inner, y: &[f64]) -> Vec3 {
+    let layout = inner.layout;
+    let vector = |index: usize| Vec3::from_column_slice(&y[index..index + 3]);
+    let about_barycentre = total(system, |i| {
+        angular_momentum_of(
+            &system.bodies()[i],
+            &vector(layout.position(i)),
+            &vector(layout.velocity(i)),
+            inner.attitude(i, y),
+            &vector(layout.spin(i)),
+        )
+    });
+    let mass = sum(system.masses());
+    about_barycentre + Vec3::from(inner.barycentre).cross(&Vec3::from(inner.barycentre_velocity)) * mass
+}
+
+fn angular_momentum_of(
+    body: &Body,
+    position: &Vec3,
+    velocity: &Vec3,
+    attitude: [f64; 4],
+    spin: &Vec3,
+) -> Vec3 {
+    position.cross(velocity) * body.mass + rotation::matrix(attitude) * body.inertia().component_mul(spin)
+}
+
+fn total(system: &System, of_body: impl Fn(usize) -> Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|c| sum((0..system.bodies().len()).map(|i| of_body(i)[c]))))
 }

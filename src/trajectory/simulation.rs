@@ -223,7 +223,7 @@ impl Simulation {
 
     fn record_state(&mut self, record: &mut Trajectory, y: &[f64], state: &State) {
         let energy = self.motion.equations.energy(y, &state.velocity);
-        let momentum = self.motion.equations.angular_momentum(state);
+        let momentum = self.motion.equations.angular_momentum(&self.inner, y);
         record.push(state, &energy, &momentum);
     }
 }

@@ -29,7 +29,7 @@ def evidence(years):
         for name, (unit, start, reach, _) in starts.SCANS.items()
     ]
     tilts = np.array([45.0, 120.0, 156.1])
-    nodal = {shape: np.stack([tilts, [3000.0 - k, 6000.0, 4000.0]]) for k, shape in enumerate(kw4.SHAPES)}
+    nodal = {shape: np.stack([tilts, *[[3000.0 - k, 6000.0, 4000.0]] * 2]) for k, shape in enumerate(kw4.SHAPES)}
     return SimpleNamespace(z_motion=motions, scans=scans, nodal=nodal, year_runs=years)
 
 

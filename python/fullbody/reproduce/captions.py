@@ -30,7 +30,8 @@ CAPTIONS = {
     "beta_spin": "As Fig. 8: Beta's spin over 200 h; grey: the ranges that the paper prints for ellipsoids.",
     "errors": (
         "Left: as Fig. 9, the largest errors from step to step. Right: from the start; most of the energy is in "
-        "Alpha's spin, so the error is also given relative to the orbit's part."
+        "Alpha's spin, so the error is also given relative to the orbit's part. The angular momentum drifts "
+        "in its evaluation alone, from places that travel away from the origin."
     ),
     "spin_starts": (
         "Range of Beta's spin in the first 200 h by start: Beta farther along its orbit, turned about the "
@@ -39,7 +40,8 @@ CAPTIONS = {
     "inclination": (
         "Top: inclination to the first orbit's plane. Middle: inclination to the xy-plane. Bottom: how long "
         "the orbit's node takes round the total angular momentum, by the inclination that the orbit starts "
-        "with; prograde left, retrograde right."
+        "with; prograde left, retrograde right. Bars reach to a fit over twice the time: it does not go round evenly "
+        "from every start."
     ),
     "z_motion": "Case 1's motion along z by kind of arithmetic.",
     "physical": "The paper's start, retrograde to both spins, and the same in Beta's equator, beside prograde ones.",

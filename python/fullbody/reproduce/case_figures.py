@@ -27,19 +27,22 @@ _ENERGIES = (
 _TIME = "time (dimensionless)"
 #: Case 2's angles go round some 60 times; this much of them is drawn at large.
 _ZOOM = 20.0
+#: Every so many of the fine samples are drawn.
+_THINNED = 5
 #: Errors of the angular momentum are the largest in windows of this length.
 _WINDOW = 4.0
 
 
 def all_figures(results: Results) -> dict[str, Any]:
     """The figures by name."""
-    one, two = results.case_runs[1], results.case_runs[2]
+    steps = results.case_runs
+    drawn = {number: run[::_THINNED] for number, run in results.case_fine.items()}
     return {
-        "case1": motion(one, 1),
-        "case1_force": force(one, results.case_forces),
-        "case1_energy": energy(one, 1),
-        "case2": motion(two, 2),
-        "case2_energy": energy(two, 2),
+        "case1": motion(drawn[1], 1),
+        "case1_force": force(drawn[1], results.case_forces[::_THINNED]),
+        "case1_energy": energy(steps[1], 1),
+        "case2": motion(drawn[2], 2),
+        "case2_energy": energy(steps[2], 2),
     }
 
 
@@ -135,6 +138,8 @@ def _energy_errors(ax: Any, run: Run) -> None:
     # Without spin at the start the two are one.
     same = np.allclose(whole, orbital, rtol=1e-6, atol=0.0)
     label = "from the start, all energy being the orbit's" if same else "from the start"
+    if none := np.mean(whole == 0):
+        label += f" ({none:.0%} are 0)"
     ax.plot(*positive(run.time, whole), linewidth=1.2, label=label, **LINES[0])
     if not same:
         label = "from the start, of the orbital energy"

@@ -17,6 +17,7 @@ __all__ = [
     "Motion",
     "angles",
     "case",
+    "fine",
     "from_coplanar",
     "growth",
     "late_separation",
@@ -28,6 +29,10 @@ _Array = npt.NDArray[np.float64]
 
 #: Rotational energy counts as noticeable from this share of the total on.
 NOTICEABLE = 0.05
+#: A spin counts as risen from these shares of its largest on, the middle one deciding.
+RISEN = (0.1, 0.25, 0.5)
+#: Spacing of :func:`fine`: a hundredth of case 2's fastest oscillation.
+_FINE = 0.01
 #: The size of the paper's motion along z: eleven orders below the orbit's.
 NOISE = 1e-11
 
@@ -44,8 +49,8 @@ class CaseNumbers:
         Largest components of the force on A.
     turns : tuple
         Range of phi, theta, psi in turns, the smaller of the two bodies'.
-    tilt : float
-        Largest of phi and theta of both bodies.
+    tilt, theta : float
+        Largest of phi and theta, and of theta alone, of both bodies.
     psi_bend : float
         Largest departure of psi of A from a straight line.
     spin_z_change : float
@@ -57,8 +62,8 @@ class CaseNumbers:
         the time between two of them.
     rotational_from : float
         When the rotational energy passes ``NOTICEABLE`` of the total energy.
-    rise : float
-        When a spin first passes a quarter of its later largest.
+    rise : tuple
+        When a spin first passes the shares ``RISEN`` of its later largest.
     rotational_range : tuple
         Smallest and largest rotational energy.
     translational_max : float
@@ -76,12 +81,13 @@ class CaseNumbers:
     xy_force: float
     turns: tuple[float, ...]
     tilt: float
+    theta: float
     psi_bend: float
     spin_z_change: float
     transverse: float
     transverse_close: float
     rotational_from: float
-    rise: float
+    rise: tuple[float, ...]
     rotational_range: tuple[float, float]
     translational_max: float
     energy_step: float
@@ -109,6 +115,16 @@ def case(number: int, theta_0: float | None = None, **options: Any) -> tuple[Run
     return run, time.process_time() - started
 
 
+def fine(run: Run) -> Run:
+    """The same motion sampled so closely that no peak falls between samples."""
+    return _finely(run.system, run[0])
+
+
+def _finely(system: Any, state: Any) -> Run:
+    run: Run = system.integrate(state, paper.CASES_END, output=_FINE)
+    return run
+
+
 def angles(run: Run) -> _Array:
     """Tait-Bryan angles (K, N, 3) without jumps."""
     return np.asarray(np.unwrap(np.array([state.tait_bryan for state in run]), axis=0))
@@ -119,17 +135,17 @@ def forces(run: Run) -> _Array:
     return np.array([run.system.interactions(state).force[0] for state in run])
 
 
-def measure(run: Run, seconds: float = 0.0) -> CaseNumbers:
-    """The quantities of which the paper speaks."""
-    turned = angles(run)
-    force = np.abs(forces(run))
-    place = np.abs(run.position)
+def measure(run: Run, drawn: Run, seconds: float = 0.0) -> CaseNumbers:
+    """The quantities of which the paper speaks: errors and cost of a run's steps, the rest of its :func:`fine` twin."""
+    turned = angles(drawn)
+    force = np.abs(forces(drawn))
+    place = np.abs(drawn.position)
     psi = turned[:, 0, 2]
-    line = np.polynomial.Polynomial.fit(run.time, psi, 1)
-    rotational = run.rotational_energy
-    noticeable = rotational - rotational[0] > NOTICEABLE * abs(run.energy[0])
+    line = np.polynomial.Polynomial.fit(drawn.time, psi, 1)
+    rotational = drawn.rotational_energy
+    noticeable = rotational - rotational[0] > NOTICEABLE * abs(drawn.energy[0])
     momentum = run.angular_momentum
-    transverse = np.abs(run.spin[..., :2]).max(axis=(1, 2))
+    transverse = np.abs(drawn.spin[..., :2]).max(axis=(1, 2))
     return CaseNumbers(
         z_max=float(place[..., 2].max()),
         xy_max=float(place[..., :2].max()),
@@ -137,14 +153,15 @@ def measure(run: Run, seconds: float = 0.0) -> CaseNumbers:
         xy_force=float(force[:, :2].max()),
         turns=tuple(float(x) for x in np.ptp(turned, axis=0).min(axis=0) / (2 * np.pi)),
         tilt=float(np.abs(turned[..., :2]).max()),
-        psi_bend=float(np.abs(psi - line(run.time)).max()),
-        spin_z_change=float(np.abs(run.spin[..., 2] - run.spin[0, :, 2]).max()),
+        theta=float(np.abs(turned[..., 1]).max()),
+        psi_bend=float(np.abs(psi - line(drawn.time)).max()),
+        spin_z_change=float(np.abs(drawn.spin[..., 2] - drawn.spin[0, :, 2]).max()),
         transverse=float(transverse.max()),
-        transverse_close=_near_approaches(run),
-        rotational_from=float(run.time[np.argmax(noticeable)]) if noticeable.any() else float("nan"),
-        rise=float(run.time[np.argmax(transverse > 0.25 * transverse.max())]),
+        transverse_close=_near_approaches(drawn),
+        rotational_from=float(drawn.time[np.argmax(noticeable)]) if noticeable.any() else float("nan"),
+        rise=tuple(float(drawn.time[np.argmax(transverse > share * transverse.max())]) for share in RISEN),
         rotational_range=(float(rotational.min()), float(rotational.max())),
-        translational_max=float(run.translational_energy.max()),
+        translational_max=float(drawn.translational_energy.max()),
         energy_step=float(np.abs(np.diff(run.energy) / run.energy[:-1]).max()),
         momentum_step=float(np.abs(np.diff(momentum, axis=0)).max()),
         energy_drift=float(np.abs(run.energy_drift).max()),
@@ -169,7 +186,7 @@ def _near_approaches(run: Run) -> float:
 
 def growth(theta_0: float) -> float:
     """Growth of case 2's transverse spin when it starts with this tilt in place of pi/32."""
-    small, large = (np.abs(case(2, theta)[0].spin[..., :2]).max() for theta in (np.pi / 32, theta_0))
+    small, large = (np.abs(_finely(*systems.case2(theta)).spin[..., :2]).max() for theta in (np.pi / 32, theta_0))
     return float(large / small)
 
 

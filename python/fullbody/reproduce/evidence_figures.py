@@ -116,9 +116,10 @@ def inclination(results: Results) -> Any:
         style = SHAPES[shape]
         first.plot(hours, kw4.inclination_to_first(thinned), linewidth=1.2, **style)
         own.plot(hours, thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
-        inclinations, periods = results.nodal[shape]
+        inclinations, periods, longer = results.nodal[shape]
         # The node of a polar orbit hardly moves.
         by.plot(*broken(inclinations, periods, _POLAR), linewidth=1.5, marker=".", markersize=4.0, **style)
+        by.vlines(inclinations, periods, longer, color=style["color"], linewidth=3.0, alpha=0.5)
         printed = paper.KW4[shape].inclination_period
         own.axvline(printed, color=style["color"], **_PRINTED)
         side, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import paper, systems
+from . import kw4
 
 if TYPE_CHECKING:
     from .results import Results
@@ -33,11 +34,14 @@ class Nodal:
         The least of the retrograde orbits scanned, hours.
     prograde : float
         The prograde inclination that has the printed period, degrees; NaN where none of those scanned has.
+    uneven : float
+        Largest difference of the two fits to one run, relative.
     """
 
     stated: float
     least: float
     prograde: float
+    uneven: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +64,17 @@ class Facts:
         Of the stated orbit, degrees an hour.
     rotation, revolution : float
         Beta's period of rotation and of its orbit at the start, hours.
+    theta : dict
+        Largest |theta| by run, degrees: where the paper's angles are nearest to their pole.
+    equator : float
+        Between Beta's equator and the orbit in the paper's start, degrees.
+    momentum_growth : tuple
+        Ellipsoids' angular momentum against the start, of its length, medians of the first and the last quarter of the
+        year: from the bodies' places, and with the barycentre's part kept apart.
+    travelled : float
+        How far the barycentre goes in the year, km.
+    period_power : float
+        Power of the mean semi-major axis with which the mean period goes, between the two shapes.
     sine : float
         Growth of sin 2 theta from pi/32 to pi/8.
     rounded_g : dict
@@ -83,6 +98,11 @@ class Facts:
     mean_motion: float
     rotation: float
     revolution: float
+    theta: dict[str, float]
+    equator: float
+    momentum_growth: tuple[tuple[float, float], tuple[float, float]]
+    travelled: float
+    period_power: float
     sine: float
     rounded_g: dict[str, float]
     energy_ratio: float
@@ -103,6 +123,7 @@ def facts(results: Results) -> Facts:
     motion = math.sqrt(system.mu() / systems.ho2021.KW4_ORBIT["a"] ** 3)
     energy = system.energy(state)
     slopes = results.nodal["ellipsoid"][0]
+    one, two = (results.year[shape] for shape in ("ellipsoid", "spheroid"))
     sides = [side for side in (slopes[slopes < 90], slopes[slopes > 90]) if len(side)]
     return Facts(
         ways=len(results.agreement),
@@ -114,10 +135,17 @@ def facts(results: Results) -> Facts:
         mean_motion=math.degrees(motion),
         rotation=2 * math.pi / systems.ho2021.KW4_SPINS[1],
         revolution=2 * math.pi / motion,
+        theta=_theta(results),
+        equator=180.0 - _tilt(state, 1),
+        momentum_growth=_momentum_growth(results.year_runs["ellipsoid"]),
+        travelled=float(np.linalg.norm(system.momentum(state)))
+        / sum(body.mass for body in system.bodies)
+        * paper.KW4_YEAR,
+        period_power=math.log(two.period / one.period) / math.log(two.a_mean / one.a_mean),
         sine=math.sin(math.pi / 4) / math.sin(math.pi / 16),
         rounded_g={shape: numbers.period / math.sqrt(_ROUNDED_G) for shape, numbers in results.year.items()},
         energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
-        retrograde=_tilt(state),
+        retrograde=_tilt(state, 0),
         nodal={shape: _nodal(results.nodal[shape], paper.KW4[shape].inclination_period) for shape in results.nodal},
         scanned=" and ".join(
             f"{side.min():.0f} to {side.max():.0f}" if len(side) > 1 else f"{side[0]:.0f}" for side in sides
@@ -125,20 +153,38 @@ def facts(results: Results) -> Facts:
     )
 
 
-def _tilt(state: Any) -> float:
-    """Angle between Alpha's pole and the orbit's normal, degrees."""
+def _theta(results: Results) -> dict[str, float]:
+    found = {f"case {number}": math.degrees(case.theta) for number, case in results.cases.items()}
+    for shape, run in results.year_runs.items():
+        w, x, y, z = np.moveaxis(run.attitude, -1, 0)
+        found[f"1999 KW4, {shape}s"] = float(np.rad2deg(np.arcsin(np.clip(2 * np.abs(w * y - x * z), 0, 1)).max()))
+    return found
+
+
+def _momentum_growth(run: Any) -> tuple[tuple[float, float], tuple[float, float]]:
+    def quarters(momentum: Any) -> tuple[float, float]:
+        away = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
+        parts = np.array_split(away, 4)
+        return float(np.median(parts[0])), float(np.median(parts[-1]))
+
+    return quarters(kw4.momentum_of_places(run)), quarters(run.angular_momentum.value)
+
+
+def _tilt(state: Any, body: int) -> float:
+    """Angle between a body's pole and the orbit's normal, degrees."""
     normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
-    pole = state.rotation_matrix[0] @ state.spin[0]
+    pole = state.rotation_matrix[body] @ state.spin[body]
     cosine = normal @ pole / np.linalg.norm(normal) / np.linalg.norm(pole)
     return math.degrees(math.acos(cosine))
 
 
 def _nodal(by_slope: Any, printed: float) -> Nodal:
-    slopes, periods = by_slope
+    slopes, periods, longer = by_slope
     retrograde, prograde = slopes > 90, slopes < 90
-    stated = float(np.interp(systems.ho2021.KW4_SKY["i"], slopes[retrograde], periods[retrograde]))
+    stated = float(periods[slopes == systems.ho2021.KW4_SKY["i"]][0])
     crossing = float("nan")
     if prograde.any() and periods[prograde].min() <= printed <= periods[prograde].max():
         # The period grows with the inclination there.
         crossing = float(np.interp(printed, periods[prograde], slopes[prograde]))
-    return Nodal(stated, float(periods[retrograde].min()), crossing)
+    least = float(min(periods[retrograde].min(), longer[retrograde].min()))
+    return Nodal(stated, least, crossing, float(np.abs(longer / periods - 1).max()))

@@ -118,20 +118,25 @@ def errors(runs: dict[str, Run]) -> Any:
             label = f"{style['label']}, {name}"
             axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
     run = runs["ellipsoid"]
-    hours, momentum = _hours(run), run.angular_momentum.value
-    step, drift = np.diff(momentum, axis=0) / momentum[:-1], (momentum - momentum[0]) / momentum[0]
+    hours, places = _hours(run), kw4.momentum_of_places(run)
+    step = np.diff(places, axis=0) / places[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
-        axes[1, 1].plot(*largest(hours, drift[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
+    for k, (momentum, name) in enumerate(
+        ((places, "r x m v of the bodies' places"), (run.angular_momentum.value, "the barycentre's part kept apart"))
+    ):
+        away = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
+        axes[1, 1].plot(*largest(hours, away, width), linewidth=1.2, label=name, **LINES[k])
     for ax, name in zip(axes[0], ("step to step (the paper's)", "from the start"), strict=True):
         ax.set_title(name, pad=34.0)
     axes[0, 0].set_ylabel("error of the energy\n(relative)")
     axes[1, 0].set_ylabel("error of the angular momentum,\nellipsoids (relative, by component)")
+    axes[1, 1].set_ylabel("the same (relative to its length)")
     for ax in axes.flat:
         ax.set_yscale("log")
         ax.set_xlim(0.0, end)
         grid(ax)
-        legend(ax, columns=2 if ax is axes[0, 1] else 3)
+        legend(ax, columns=3 if ax in axes[:, 0] else 2)
     floor(axes[0, 0], min(abs(run.energy.value[0]) for run in runs.values()))
     for ax in axes[1]:
         ax.set_xlabel("time [h]")

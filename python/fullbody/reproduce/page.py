@@ -16,6 +16,7 @@ from .captions import CAPTIONS
 from .facts import facts
 from .numbers import write_numbers
 from .results import Results, as_numbers, compute, counts
+from .starts import NODAL_HOURS
 from .verdicts import Verdict
 
 __all__ = ["Report", "render", "write_report"]
@@ -126,6 +127,7 @@ def render(results: Results, figures: Path) -> str:
         picture=picture,
         captions=CAPTIONS,
         n=facts(results),
+        hours=NODAL_HOURS,
         counts=dict(counts(results.verdicts)),
         version=__version__,
     )

@@ -15,12 +15,12 @@ from ..run import Run
 from ..state import State
 from . import starts
 
-__all__ = ["FLAT", "HOURS", "PAPER", "Motion", "motions", "states"]
+__all__ = ["FLAT", "HOURS", "PAPER", "TURNED", "Motion", "motions", "states"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The paper's start, and the same with its orbit in the plane of Beta's equator.
-PAPER, FLAT = "the paper's", "the paper's, i = 180 deg"
+#: The paper's start; the same with its orbit in the plane of Beta's equator; with Beta's equator in that of its orbit.
+PAPER, FLAT, TURNED = "the paper's", "the paper's, i = 180 deg", "the paper's, Beta turned"
 #: How long the states are watched: some 115 revolutions.
 HOURS = 2000.0
 #: Eccentricity and libration that the excited state starts with.
@@ -69,6 +69,11 @@ def states() -> dict[str, tuple[str, Any, State]]:
             paper_system,
             starts.start(paper_state, paper_system.mu(), i=180.0),
         ),
+        TURNED: (
+            "the same, Beta's equator turned into the plane of the orbit",
+            paper_system,
+            _equator_in_orbit(paper_system, paper_state),
+        ),
         "relaxed": (
             "circular orbit in Alpha's equator, Beta aligned and turning with it",
             system,
@@ -85,6 +90,18 @@ def states() -> dict[str, tuple[str, Any, State]]:
             _excited(system, nominal),
         ),
     }
+
+
+def _equator_in_orbit(system: Any, state: State) -> State:
+    """Beta turned, the short way, so that its pole is the orbit's, counted as its spin goes; the orbit as it was."""
+    from scipy.spatial.transform import Rotation
+
+    r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+    normal = np.cross(r, v)
+    pole = -normal / np.linalg.norm(normal)
+    axis = np.cross([0.0, 0.0, 1.0], pole)
+    turn = Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2]))
+    return starts.start(state, system.mu(), turn)
 
 
 def _relaxed(system: Any, state: State) -> State:

@@ -26,7 +26,15 @@ class _Effort:
     scan: int = 18
     tried: int = 512
     refined: int = 8
-    inclinations: tuple[float, ...] = (*np.linspace(5.0, 60.0, 12), *np.linspace(120.0, 179.0, 12))
+    inclinations: tuple[float, ...] = (
+        *np.linspace(5.0, 60.0, 12),
+        *np.linspace(120.0, 150.0, 6),
+        156.1,
+        162.0,
+        168.0,
+        174.0,
+        179.0,
+    )
     late: float = paper.CASES_LATE
     agreement: float = paper.KW4_YEAR
 
@@ -40,6 +48,7 @@ class Results:
 
     cases: dict[int, CaseNumbers]
     case_runs: dict[int, Run]
+    case_fine: dict[int, Run]
     case_forces: Any
     growth: dict[str, float]
     from_coplanar: float
@@ -82,6 +91,7 @@ _STAGES = 8
 def _compute(effort: _Effort, stage: Any) -> Results:
     stage("cases 1 and 2")
     runs = {number: cases.case(number) for number in (1, 2)}
+    drawn = {number: cases.fine(run) for number, (run, _) in runs.items()}
     stage("motion along z by arithmetic")
     z_motion, late = cases.z_motion(effort.late)
     stage("1999 KW4, surface integrals")
@@ -97,12 +107,13 @@ def _compute(effort: _Effort, stage: Any) -> Results:
     anomaly = next(scan for scan in scans if scan.name == "mean anomaly").best[0]
     stage("inclinations of the orbit")
     slopes = np.array(effort.inclinations)
-    nodal: dict[str, Any] = {shape: np.stack([slopes, starts.nodal_period(shape, slopes)]) for shape in kw4.SHAPES}
+    nodal: dict[str, Any] = {shape: np.stack([slopes, *starts.nodal_period(shape, slopes)]) for shape in kw4.SHAPES}
     stage("the physical 1999 KW4")
     return Results(
-        cases={number: cases.measure(*run) for number, run in runs.items()},
+        cases={number: cases.measure(run, drawn[number], seconds) for number, (run, seconds) in runs.items()},
         case_runs={number: run for number, (run, _) in runs.items()},
-        case_forces=cases.forces(runs[1][0]),
+        case_fine=drawn,
+        case_forces=cases.forces(drawn[1]),
         growth={"pi/16": cases.growth(np.pi / 16), "pi/8": cases.growth(np.pi / 8)},
         from_coplanar=cases.from_coplanar(),
         late_separation=cases.late_separation(late),

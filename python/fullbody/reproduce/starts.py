@@ -16,6 +16,7 @@ from ..state import State
 from . import kw4
 
 __all__ = [
+    "NODAL_HOURS",
     "SCANS",
     "Agreement",
     "Minimum",
@@ -34,6 +35,8 @@ _Array = npt.NDArray[np.float64]
 PRINTED = np.array([paper.KW4_SPIN[axis] for axis in "xyz"])
 #: Scans and the search need four digits only.
 _COARSE = Verner98(1e-10, 1e-10)
+#: Length of the runs that the node's period is taken from: about three rounds.
+NODAL_HOURS = 12000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +84,8 @@ class Minimum:
     angles : tuple
         The paper's phi, theta, psi, degrees.
     turn, off_normal : float
-        Angle of the rotation from the paper's start, and of its axis from the orbit's normal, degrees.
+        Angle of the rotation from the paper's start, above zero in the sense of the orbital motion, and of its axis
+        from the orbit's normal, degrees.
     ranges : ndarray, (3, 2)
     misfit : float
         Largest difference from the printed numbers, 1e-5 rad/s.
@@ -255,10 +259,10 @@ def search(scans: list[Scan], tried: int = 512, refined: int = 8) -> Search:
         psi, theta, phi = (float(x) for x in attitude.as_euler("ZYX", degrees=True))
         spin = ranges(attitude, 0.02)
         turn = attitude.as_rotvec()
-        size = float(np.linalg.norm(turn))
-        off = float(np.rad2deg(np.arccos(np.clip(abs(turn @ _normal(state)) / size, 0.0, 1.0))))
+        along, size = float(turn @ _normal(state)), float(np.linalg.norm(turn))
+        off = float(np.rad2deg(np.arccos(np.clip(abs(along) / size, 0.0, 1.0))))
         misfit = float(np.abs(spin - PRINTED).max())
-        return Minimum(origin, (phi, theta, psi), float(np.rad2deg(size)), off, spin, misfit)
+        return Minimum(origin, (phi, theta, psi), float(np.rad2deg(np.copysign(size, along))), off, spin, misfit)
 
     with ThreadPoolExecutor() as pool:
         minima = sorted(pool.map(refine, candidates), key=lambda minimum: minimum.misfit)
@@ -309,19 +313,25 @@ def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
 
 
 def nodal_period(shape: Any, inclinations: _Array) -> _Array:
-    """Period of the node on the total angular momentum's plane, hours, by the orbit's inclination in degrees."""
+    """Period of the node on the total angular momentum's plane, hours, by the orbit's inclination in degrees (2, K).
+
+    Fitted to the first half of ``NODAL_HOURS``, and to all of them: where the two differ the node does not go round
+    evenly.
+    """
     system, state = systems.kw4_ho2021(shape)
     mu = system.mu()
 
-    def period(inclination: float) -> float:
-        run = system.integrate(start(state, mu, i=inclination), 6000.0, output=2.0, integrator=_COARSE)
+    def period(inclination: float) -> list[float]:
+        run = system.integrate(start(state, mu, i=inclination), NODAL_HOURS, output=2.0, integrator=_COARSE)
         # By hand: the plane of a steep orbit turns too far for the longitudes that observables count by.
         r, v = (x[:, 1] - x[:, 0] for x in (run.position, run.velocity))
         axis = run.angular_momentum[0] / np.linalg.norm(run.angular_momentum[0])
         east = np.cross(axis, [1.0, 0.0, 0.0])
         normal = np.cross(r, v)
         node = np.unwrap(np.arctan2(normal @ np.cross(axis, east), normal @ east))
-        return float(abs(2 * np.pi / np.polynomial.Polynomial.fit(run.time, node, 1).convert().coef[1]))
+        parts = (slice(len(node) // 2 + 1), slice(None))
+        rates = [np.polynomial.Polynomial.fit(run.time[part], node[part], 1).convert().coef[1] for part in parts]
+        return [float(abs(2 * np.pi / rate)) for rate in rates]
 
     with ThreadPoolExecutor() as pool:
-        return np.array(list(pool.map(period, inclinations)))
+        return np.array(list(pool.map(period, inclinations))).T

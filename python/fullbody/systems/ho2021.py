@@ -105,8 +105,8 @@ def kw4_ho2021(
 
     - the range of Beta's spin over the first 200 hours: z in [9.55, 11.16]e-5 rad/s in print, [9.05, 10.69]e-5 here;
       x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here. All six printed numbers come out when Beta
-      starts turned by 20.6 degrees about the orbit's normal, one hour of its orbital motion, to (phi, theta, psi) =
-      (-8.1, -0.8, 19.1) degrees; the year's semi-major axes then do not;
+      starts turned by 20.67 degrees against the orbital motion, which is that much an hour, to (phi, theta, psi) =
+      (-8.08, -0.84, 19.08) degrees; the year's semi-major axes then do not;
     - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4246 and 3741 h here.
       No initial inclination gives both. The inclination to the xy-plane starts near its largest and is largest again
       after 3928 and 3470 h, which may be what was read off;
@@ -211,7 +211,7 @@ def case1(**options: Any) -> tuple[System, State]:
     """The paper's case 1: two oblate spheroids without spin, tilted about x; they begin to tumble near t = 75.
 
     Under a half turn about z the system maps onto itself with the bodies swapped: z stays zero, and the growing
-    z-motion of the paper is round-off.
+    z-motion of the paper is numerical.
 
     Parameters
     ----------
