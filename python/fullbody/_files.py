@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -86,10 +85,7 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
     nameless = error.filename is None and error.errno is not None
     if mark not in str(error) and not nameless:
         return error
-    # HDF5 tells the number within its text.
-    told = re.search(r"errno = (\d+)", str(error))
-    number = error.errno if told is None else int(told[1])
-    if number is None:
+    if error.errno is None:
         return OSError(f"{path} cannot be written: {type(error).__name__}")
     # Python picks the class that belongs to the number.
-    return OSError(number, os.strerror(number), str(path))
+    return OSError(error.errno, os.strerror(error.errno), str(path))

@@ -221,6 +221,8 @@ class Units:
             )
         else:
             unit = self.unit(dimension)
+        if dimension == "spin":
+            refuse_cycles(value.unit, what)  # type: ignore[attr-defined]
         return strip_to(value, unit, what)
 
     def number(self, value: object, dimension: str, what: str) -> float:
@@ -254,6 +256,16 @@ def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any
         raise InvalidInput(
             f"units has {name!r}, which is no unit; {meant}expected (length, time, mass), such as {USUAL}"
         ) from error
+
+
+def refuse_cycles(unit: Any, what: str) -> None:
+    """Refuse a spin in hertz or the like, whose angle is a turn: as a mere 1/time it would count as radians."""
+    from astropy import units as u
+
+    if any(base.is_equivalent(u.Hz) for base in unit.bases):
+        raise InvalidInput(
+            f"{what} has the unit {unit}, cycles by a time; expected an angle by a time, such as rad / h"
+        )
 
 
 def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:

@@ -6,6 +6,7 @@ import json
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,6 @@ _COORDINATES = {
     "part": ["total", "translational", "rotational", "potential"],
 }
 _FORMAT = 1
-#: Variables that a state needs finite.
-_FINITE = ("time", "position", "velocity", "attitude", "spin")
 #: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
 #: Endings of the names of runs' files.
@@ -126,7 +125,10 @@ def save(run: Run, path: Any) -> None:
     dataset.attrs["fullbody_checksum"] = _checksum(dataset)
     encoding = {name: _protected(of) for name, of in dataset.variables.items() if of.dtype.kind in "fi"}
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+        # Through memory: where a disk is full, HDF5 itself would end the whole process.
+        whole = BytesIO()
+        dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
+        temporary.write_bytes(whole.getbuffer())
 
 
 def _protected(variable: Any) -> dict[str, Any]:
@@ -255,8 +257,8 @@ def _run(dataset: Any) -> Run:
         expected = (len(record["time"]), *(sizes[dim] for dim in dims))
         if record[name].shape != expected:
             raise InvalidInput(f"{name} has shape {record[name].shape}; expected {expected}")
-    for name in _FINITE:
-        _occurrences.check_finite(record[name], name)
+    for name, values in record.items():
+        _occurrences.check_finite(values, name)
     run = Run(system, record, counts, integrator)
     with _attribute("fullbody_events"):
         asked = _occurrences.asked_for(dataset.attrs.get("fullbody_events", "[]"))

@@ -9,7 +9,7 @@ import numpy as np
 from . import _core
 from ._arguments import refuse_unknown
 from ._records import block
-from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
+from ._units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from .errors import InvalidInput
 
 __all__ = ["State"]
@@ -40,8 +40,8 @@ class State:
     Raises
     ------
     InvalidInput
-        For values that are not finite, wrong shapes, a quaternion of length zero, or positions with a unit beside
-        velocities without one.
+        For values that are not finite, wrong shapes, a quaternion of length zero, and where only some of position,
+        velocity, spin and time have units: zeros need none.
 
     Examples
     --------
@@ -229,8 +229,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
         unit = value.unit
         if name == "spin":
-            if u.Hz in unit.bases:
-                raise InvalidInput(f"spin has the unit {unit}, cycles a second; expected an angle by a time")
+            refuse_cycles(unit, name)
             # A rate without an angle counts as radians.
             unit = u.rad * unit if unit.is_equivalent(u.s**-1) else unit
         expected = {"time": u.s, "position": u.m, "velocity": u.m / u.s, "spin": u.rad / u.s}[name]
@@ -248,9 +247,10 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:
-    """Refuse positions with a unit beside velocities without one, and the other way round; zeros need none."""
-    for united, plain in (("position", "velocity"), ("velocity", "position")):
-        if united in units and plain not in units and stripped[plain].any():
+    """Refuse some parts with a unit beside others without one; zeros need none."""
+    united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
+    for name, value in stripped.items():
+        if united is not None and name not in units and value.any():
             raise InvalidInput(
-                f"{united} has the unit {units[united]}, but {plain} has none; expected both or neither, or zeros"
+                f"{united} has the unit {units[united]}, but {name} has none; expected both or neither, or zeros"
             )

@@ -1,7 +1,9 @@
 """Runs as files and datasets: exact, atomic, with units; what cannot be read says which file."""
 
 import gc
+import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import fullbody
@@ -106,6 +108,44 @@ def test_a_failing_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypa
         small_run(gravity="surface").save(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_a_full_disk_is_an_error_and_not_the_end_of_the_session(tmp_path):
+    """In a process that may write no more than 30 kB to a file: HDF5 itself would end it by a segmentation fault."""
+    path = tmp_path / "run.nc"
+    path.write_bytes(b"old")
+    script = f"""
+        import resource, signal
+        import fullbody
+        system, state = fullbody.systems.case1()
+        run = system.integrate(state, 10.0, output=0.02)
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (30000, resource.RLIM_INFINITY))
+        try:
+            run.save({str(path)!r})
+        except OSError as error:
+            print(error.filename, len(run))
+    """
+    ended = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout.strip()) == (0, f"{path} 501"), ended.stderr
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_numbers_lost_in_a_file_are_refused(tmp_path):
+    """A damaged table of contents lets HDF5 give its filling, NaN, in place of numbers."""
+    import xarray as xr
+
+    path = tmp_path / "run.nc"
+    small_run().save(path)
+    with xr.open_dataset(path, decode_times=False) as dataset:
+        whole = dataset.load()
+    for name in ("energy", "angular_momentum"):
+        lost = whole.copy(deep=True)
+        lost[name][1] = np.nan
+        lost.to_netcdf(path, engine="h5netcdf")
+        with pytest.raises(fullbody.InvalidInput, match=rf"{name}\[1, 0\] is nan; expected finite numbers"):
+            fullbody.load(path)
 
 
 def test_a_folder_that_does_not_exist(tmp_path):
@@ -378,13 +418,10 @@ def test_a_place_that_cannot_be_written_is_named_as_it_was_given(name, tmp_path,
     "error",
     [
         lambda path: PermissionError(13, "Permission denied", str(path)),
-        lambda path: OSError(
-            f"unable to create file (name = '{path}', errno = 13, error message = 'Permission denied')"
-        ),
         lambda path: OSError(f"unable to create file (name = '{path}')"),
         lambda path: OSError(28, "No space left on device"),
     ],
-    ids=["python", "hdf5", "unnumbered", "nameless"],
+    ids=["python", "unnumbered", "nameless"],
 )
 def test_errors_while_writing_name_the_wanted_path(error, tmp_path):
     path = tmp_path / "run.nc"

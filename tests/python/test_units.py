@@ -196,7 +196,7 @@ def test_mixtures_name_both():
     assert "density" in whole._repr_html_()
 
 
-def test_positions_and_velocities_have_units_both_or_neither():
+def test_parts_of_a_state_have_units_all_or_none():
     r, v = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 2, 0]]
     speed = u.km / u.hour
     for position, velocity, words in (
@@ -216,8 +216,14 @@ def test_positions_and_velocities_have_units_both_or_neither():
                 make()
             for word in words:
                 assert word in str(caught.value)
-    # Zeros are zeros in any unit; times, spins and attitudes have their own.
-    rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=[[0, 0, 1]] * 2, time=3.0)
+    whole = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
+    for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
+        with pytest.raises(fullbody.InvalidInput, match=f"position has the unit km, but {name} has none"):
+            whole.replace(**{name: value})
+    with pytest.raises(fullbody.InvalidInput, match="spin has the unit rad / h, but position has none"):
+        fullbody.State(r, v, spin=whole.spin)
+    # Zeros are zeros in any unit; attitudes have none.
+    rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
     assert rest.position[1, 0] == 9 * u.km
     assert fullbody.State([[0, 0, 0]], [[0, 1, 0]] * speed).velocity[0, 1] == 1 * speed
 
@@ -335,8 +341,13 @@ def test_lists_of_quantities_keep_their_units():
     assert mixed.position[1, 0].to_value(u.m) == pytest.approx(1200.0, rel=1e-15)
     with pytest.raises(fullbody.InvalidInput, match=r"position mixes Quantities and plain numbers"):
         fullbody.State(position=[[0, 0, 0], r], velocity=np.zeros((2, 3)))
-    with pytest.raises(fullbody.InvalidInput, match=r"spin has the unit Hz"):
-        fullbody.State(position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), spin=[[0, 0, 1]] * u.Hz)
+    for unit in (u.Hz, u.mHz, u.kHz, u.Bq):
+        with pytest.raises(fullbody.InvalidInput, match=rf"spin has the unit {unit}, cycles by a time; expected an an"):
+            fullbody.State(position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), spin=[[0, 0, 1]] * unit)
+    # Turns are angles; a mere 1/time counts radians.
+    for unit, rate in ((u.cycle / u.s, 2 * np.pi), (1 / u.s, 1.0), (u.deg / u.s, np.pi / 180)):
+        state = fullbody.State(np.zeros((1, 3)) * u.km, np.zeros((1, 3)), spin=[[0, 0, 1]] * u.Unit(unit))
+        assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(rate, rel=1e-15)
 
 
 def test_a_flood_of_samples_is_refused():
