@@ -215,3 +215,18 @@ def test_there_and_back(place):
     bound = 1e-9 if isinstance(integrator, integrators._Adaptive) else 1e-11
     assert np.abs(sim.state.position - state.position).max() < bound
     assert np.abs(sim.state.spin - state.spin).max() < bound
+
+
+@pytest.mark.parametrize("place", range(9))
+def test_angular_momentum_of_a_system_that_travels(place):
+    """It is that of the system at rest; from the bodies' places, 1e7 km away, it would keep half of its digits."""
+    system, state = KW4
+    share = np.array([body.mass for body in system.bodies]) / sum(body.mass for body in system.bodies)
+    rest = state.replace(position=state.position - share @ state.position)
+    moving = rest.replace(velocity=rest.velocity + np.array([1e5, -2e4, 3e4]))
+    integrator = family(0.02, 1e-13)[place]
+    run = system.integrate(moving, 100.0, output=5.0, integrator=integrator)
+    assert np.linalg.norm(run.position[-1, 0]) > 1e7
+    expected = system.angular_momentum(rest)
+    assert np.abs(run.angular_momentum - expected).max() < 1e-10 * np.linalg.norm(expected)
+    assert run.angular_momentum_drift.max() < 1e-13

@@ -111,8 +111,8 @@ def table(numbers: dict[str, dict[str, Numbers]], until: float) -> str:
         row("  from the start", "", [f"{n.energy_drift:.1e}" for n in columns])
         row("  from the start, of the orbital energy", "", [f"{n.energy_drift_orbital:.1e}" for n in columns])
         said = f"< {limit['angular_momentum']:.0e}"
-        row("angular momentum error, step to step, each", said, [f"{n.angular_momentum_step:.1e}" for n in columns])
-        row("  from the start, of its length", "", [f"{n.angular_momentum_drift:.1e}" for n in columns])
+        row("angular momentum of the places, step to step", said, [f"{n.angular_momentum_step:.1e}" for n in columns])
+        row("  about the barycentre, from the start", "", [f"{n.angular_momentum_drift:.1e}" for n in columns])
         row("evaluations of the forces", "", [str(n.evaluations) for n in columns])
         said = f"{paper.CPU_TIME[shape] / 3600:.1f} h"
         row("CPU time, output included", said, [f"{n.cpu_seconds:.1f} s" for n in columns])
