@@ -118,6 +118,25 @@ def test_sians_missing_section(tmp_path):
         fullbody.read_sians(DATA / "sians_pair.txt", units="km")
 
 
+@pytest.mark.parametrize(("name", "values"), [("kepler", (0, 1, 2)), ("sun", (0, 1)), ("density", (0, 1))])
+def test_sians_has_no_default_meaning(tmp_path, name, values):
+    """SIANS itself stops at a file without one of these: "Missing parameter kepler:"."""
+    old = f"{name}: {2 if name == 'kepler' else 0}\n"
+    path = changed(tmp_path, "sians_kw4.txt", old, "")
+    expected = " or ".join(f"'{name}: {value}'" for value in values)
+    with pytest.raises(fullbody.InvalidInput, match=rf"sians_kw4\.txt: no parameter '{name}'; expected a line {expected}"):
+        fullbody.read_sians(path, units="kmhr")
+
+
+def test_sians_elements_need_the_binary_ids(tmp_path):
+    """SIANS stops there too; a Cartesian start does without."""
+    for name in ("sians_pair.txt", "sians_kw4.txt"):
+        (tmp_path / name).write_text((DATA / name).read_text().split("@ BID")[0])
+    assert fullbody.read_sians(tmp_path / "sians_pair.txt") == fullbody.read_sians(DATA / "sians_pair.txt")
+    with pytest.raises(fullbody.InvalidInput, match=r"sians_kw4\.txt: no section of binary ids"):
+        fullbody.read_sians(tmp_path / "sians_kw4.txt", units="kmhr")
+
+
 # GUBAS
 
 
