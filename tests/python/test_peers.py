@@ -108,6 +108,17 @@ def test_sians_names_the_line(tmp_path, old, new, what):
         fullbody.read_sians(path)
 
 
+def test_sians_names_are_distinct(tmp_path):
+    path = tmp_path / "named.txt"
+    text = (DATA / "sians_pair.txt").read_text() + "\n@ Names\nTwin of\nTwin  of\n"
+    path.write_text(text)
+    line = len(text.splitlines())
+    with pytest.raises(fullbody.InvalidInput, match=rf"named\.txt, line {line}: 'Twin of' is the name of body 0 too"):
+        fullbody.read_sians(path)
+    path.write_text(text.replace("Twin  of", "Beta"))
+    assert fullbody.read_sians(path)[0].names == ("Twin of", "Beta")
+
+
 def test_sians_missing_section(tmp_path):
     path = tmp_path / "cut.txt"
     path.write_text((DATA / "sians_pair.txt").read_text().split("@ Angular")[0])
@@ -382,6 +393,22 @@ def test_rebound_refuses_what_we_lack():
     sim.add(a=1.0)
     with pytest.raises(fullbody.InvalidInput, match="particle 1"):
         fullbody.from_rebound(sim)
+
+
+@pytest.mark.parametrize(("active", "first"), [(0, 0), (1, 1), (2, 2)])
+def test_rebound_test_particles_with_a_mass_are_refused(active, first):
+    """They feel the others and attract none of them, or none of each other."""
+    sim = rebound.Simulation()
+    for k in range(3):
+        sim.add(m=1e-3**k, x=k)
+    assert len(fullbody.from_rebound(sim)[0]) == 3
+    sim.N_active = active
+    with pytest.raises(
+        fullbody.InvalidInput, match=f"particle {first} has the mass .* for N_active is {active}; expected all 3"
+    ):
+        fullbody.from_rebound(sim)
+    sim.N_active = 3
+    assert len(fullbody.from_rebound(sim)[0]) == 3
 
 
 def sun_and_earth(*units):

@@ -245,9 +245,7 @@ def _bodies(path: Any, file: _File) -> list[Body]:
     if len(rows) < 2:
         fail(path, file.starts[0], f"{len(rows)} bodies in the section of masses; expected two or more")
     _check_count(path, file, "semi-axes", len(rows))
-    names: list[str | None] = [" ".join(words) for _, words in file.rows("names")]
-    if names:
-        _check_count(path, file, "names", len(rows))
+    names = _names(path, file, len(rows))
     bodies = []
     for index, ((line, words), (axes_line, axes)) in enumerate(zip(rows, file.rows("semi-axes"), strict=True)):
         if len(words) != 1:
@@ -258,7 +256,7 @@ def _bodies(path: Any, file: _File) -> list[Body]:
             fail(path, axes_line, f"{len(axes)} words for semi-axes; expected three numbers")
         value = _value(path, line, words[0], "mass")
         sizes = [_value(path, axes_line, axis, "a semi-axis") for axis in axes]
-        name = names[index] if names else None
+        name = names[index]
         try:
             point = not any(sizes)
             shape = PointMass() if point else Ellipsoid(*sizes)
@@ -270,6 +268,19 @@ def _bodies(path: Any, file: _File) -> list[Body]:
         except InvalidInput as error:
             fail(path, axes_line if "axis" in str(error) else line, str(error))
     return bodies
+
+
+def _names(path: Any, file: _File, count: int) -> list[str | None]:
+    rows = file.rows("names")
+    if not rows:
+        return [None] * count
+    _check_count(path, file, "names", count)
+    names: list[str | None] = []
+    for line, words in rows:
+        if (name := " ".join(words)) in names:
+            fail(path, line, f"{name!r} is the name of body {names.index(name)} too; expected distinct names")
+        names.append(name)
+    return names
 
 
 def _from_elements(path: Any, file: _File, mu: float, day: float | None) -> tuple[Any, Any]:
