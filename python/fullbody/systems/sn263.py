@@ -56,8 +56,8 @@ FACTS = Published(
         "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two (taken about "
         "Alpha they make Beta's period 6.53 days)",
         "the semi-major axes go before the published periods: of spheres the mean periods of 100 days are 6.187 and "
-        "0.6857 days (Beta's of 6.225 follows, to 6.223, from its axis and Kepler's law without the mass of Gamma; with "
-        "it the law gives 6.191, and Alpha and Gamma, which act like an oblate body, take off the rest)",
+        "0.6857 days (Beta's of 6.225 follows, to 6.223, from its axis and Kepler's law without the mass of Gamma; "
+        "with it the law gives 6.191, and Alpha and Gamma, which act like an oblate body, take off the rest)",
         "the epoch, whose clock is not named, is in TT",
         "Gamma spins about the pole of its orbit at its mean motion (published: consistent with it), its longest axis "
         "towards Alpha",
