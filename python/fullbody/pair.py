@@ -85,7 +85,8 @@ def binary(
     at_rest : {"barycentre", "primary"}
         What starts at rest at the origin.
     mismatch_warning, mismatch_error : float
-        Relative differences of two values of one quantity above which there is a warning, or an error.
+        Relative differences, finite and zero or above, of two values of one quantity above which there is a warning, or
+        an error.
     G, units
         As for :class:`fullbody.System`.
     time : float or Quantity
@@ -177,11 +178,13 @@ def binary(
     gravity = convert.gravitational_constant if G is None else scalar(convert.strip(G, "G", "G"), "G")
     pair = (primary, secondary)
     known = _known(convert, gravity, pair, total_mass, mass_ratio, equal_density, period, semi_major_axis)
+    worth_a_word = _tolerance(mismatch_warning, "mismatch_warning")
+    too_much = _tolerance(mismatch_error, "mismatch_error")
     found, mismatches = solve(known)
     for mismatch in mismatches:
-        if mismatch.relative > mismatch_error:
+        if mismatch.relative > too_much:
             raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={mismatch_error}")
-        if mismatch.relative > mismatch_warning:
+        if mismatch.relative > worth_a_word:
             warnings.warn(f"{mismatch}; the former is taken", InconsistentInput, stacklevel=2)
     bodies = []
     for component, mass in zip(pair, found.masses, strict=True):
@@ -319,6 +322,17 @@ def _known(
 
 def _angle(value: Any, what: str) -> float:
     return Units().number(value, "angle", what)
+
+
+def _tolerance(value: Any, what: str) -> float:
+    """A relative difference."""
+    try:
+        tolerance = scalar(numbers(value, what), what)
+    except InvalidInput:
+        tolerance = np.nan
+    if not 0.0 <= tolerance < np.inf:
+        raise InvalidInput(f"{what} is {value!r}; expected a finite number, zero or above")
+    return tolerance
 
 
 def _ratio(mass_ratio: float | None, equal_density: bool, volumes: list[float]) -> float | None:

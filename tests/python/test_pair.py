@@ -86,6 +86,23 @@ def test_contradictions_are_reported():
         binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04, mismatch_warning=0.02)
 
 
+@pytest.mark.parametrize("name", ["mismatch_warning", "mismatch_error"])
+@pytest.mark.parametrize("value", [NAN, INF, -0.1, "a", None, (0.1, 0.2), 10**400, 0.1 * u.km])
+def test_tolerances_are_numbers(name, value):
+    """Whether or not anything is given twice: nan compares with nothing, and would let all pass."""
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    for more in ({}, {"period": 8 * np.pi}):
+        with pytest.raises(fullbody.InvalidInput, match=f"^{name} is .*; expected a finite number, zero or above$"):
+            binary(first, second, G=1.0, semi_major_axis=5.0, **more, **{name: value})
+
+
+def test_tolerances_of_nothing():
+    """A difference of a tenth of a per cent is one."""
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"0\.0999 %; expected agreement to mismatch_error=0$"):
+        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.004, mismatch_error=0)
+
+
 @pytest.mark.parametrize(
     ("given", "what"),
     [
