@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from pathlib import Path
 from typing import Any
 
@@ -82,9 +83,14 @@ class Table:
 
     def _number(self, key: str, item: Any, dimension: str | None, units: Units, expected: str) -> float:
         if isinstance(item, int | float) and not isinstance(item, bool):
-            if not np.isfinite(item):
-                raise self.fault(key, f"is {item!r}; expected a finite number")
-            return float(item)
+            try:
+                number = float(item)
+            except OverflowError:
+                number = np.inf
+            if not np.isfinite(number):
+                # Cut short in the middle where it has hundreds of digits.
+                raise self.fault(key, f"is {reprlib.repr(item)}; expected a finite number")
+            return number
         if not isinstance(item, str) or dimension is None:
             raise self.fault(key, f"is {item!r}; expected {expected}")
         try:

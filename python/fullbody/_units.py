@@ -250,7 +250,7 @@ def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any
     """A unit, or an error that names the one that is none."""
     try:
         return make(name)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         close = difflib.get_close_matches(str(name), known, 1)
         meant = f"did you mean {close[0]!r}? " if close else ""
         raise InvalidInput(

@@ -85,7 +85,8 @@ def binary(
     at_rest : {"barycentre", "primary"}
         What starts at rest at the origin.
     mismatch_warning, mismatch_error : float
-        Relative differences of two values of one quantity above which there is a warning, or an error.
+        Relative differences of two values of one quantity above which there is a warning, or an error; infinite for
+        none.
     G, units
         As for :class:`fullbody.System`.
     time : float or Quantity
@@ -108,8 +109,9 @@ def binary(
     Warns
     -----
     InconsistentInput
-        For a contradiction between the two limits, with both values; for a period that no start has to 1e-6, or that
-        cannot be measured, for the bodies meet; for an implied density outside 100 to 20000
+        For a contradiction between the two limits, with both values; for a period that no start has to 1e-6 over the
+        revolutions that it is measured in, that does not last to 1e-4 over two and four times as many, or that cannot
+        be measured over either, for the bodies meet (see the notes); for an implied density outside 100 to 20000
         kg/m^3, where there are units; for a body that rotates by nothing that is stated, which starts without rotation
         (``rotation_period=float("inf")`` says that this is meant).
 
@@ -121,10 +123,13 @@ def binary(
     the relative acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a
     primary that is not synchronous). Where the period is given, what is then left of the difference (by eccentricity,
     tilted equators, a secondary that librates) is measured in integrations of 16 revolutions, up to 64 for a locked
-    body that librates slowly, and taken away: the mean sidereal period of the run's first revolutions is ``period``,
-    and its distance may differ a little from a published semi-major axis. This takes some tenths of a second with the
-    exact methods and with short series. Where a body tumbles, no start has a lasting mean; where the plane of the orbit
-    turns, see :func:`fullbody.observables.mutual_period`.
+    body that librates slowly, and taken away: the mean sidereal period (of
+    :func:`fullbody.observables.mutual_period`) of the run's first 16 (to 64) revolutions is ``period`` to 1e-6, and its
+    distance may differ a little from a published semi-major axis. Then the means over the first 32 and 64 (to 128 and
+    256) are compared with it. Where one differs by more than 1e-4 there is no lasting mean, and a warning: where a body
+    tumbles or librates irregularly, as long ones do on orbits of some eccentricity, and where tilted equators turn the
+    plane of the orbit. Nothing is looked at beyond these revolutions, nor between spheres or points, whose orbits are
+    Kepler's. All this takes some tenths of a second with the exact methods and with short series.
 
     Examples
     --------
@@ -177,11 +182,13 @@ def binary(
     gravity = convert.gravitational_constant if G is None else scalar(convert.strip(G, "G", "G"), "G")
     pair = (primary, secondary)
     known = _known(convert, gravity, pair, total_mass, mass_ratio, equal_density, period, semi_major_axis)
+    worth_a_word = _tolerance(mismatch_warning, "mismatch_warning")
+    too_much = _tolerance(mismatch_error, "mismatch_error")
     found, mismatches = solve(known)
     for mismatch in mismatches:
-        if mismatch.relative > mismatch_error:
+        if mismatch.relative > too_much:
             raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={mismatch_error}")
-        if mismatch.relative > mismatch_warning:
+        if mismatch.relative > worth_a_word:
             warnings.warn(f"{mismatch}; the former is taken", InconsistentInput, stacklevel=2)
     bodies = []
     for component, mass in zip(pair, found.masses, strict=True):
@@ -319,6 +326,17 @@ def _known(
 
 def _angle(value: Any, what: str) -> float:
     return Units().number(value, "angle", what)
+
+
+def _tolerance(value: Any, what: str) -> float:
+    """A relative difference."""
+    try:
+        tolerance = scalar(numbers(value, what), what)
+    except InvalidInput:
+        tolerance = np.nan
+    if not tolerance >= 0.0:
+        raise InvalidInput(f"{what} is {value!r}; expected a number, zero or above")
+    return tolerance
 
 
 def _ratio(mass_ratio: float | None, equal_density: bool, volumes: list[float]) -> float | None:

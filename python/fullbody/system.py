@@ -382,7 +382,7 @@ def _tolerance(value: Any) -> float:
     try:
         if not isinstance(value, str):
             return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pass
     raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14")
 

@@ -148,13 +148,14 @@ def read_toml(path: Any) -> Setup:
     if path.is_dir():
         raise InvalidInput(f"{path}: is a folder; expected a file of TOML")
     try:
-        with path.open("rb") as file:
-            content = tomllib.load(file)
+        # With or without the byte order mark that some editors write.
+        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         is_run = path.read_bytes()[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
         what = "NetCDF, as runs are recorded; fullbody.load reads those" if is_run else "not text"
         raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
+        # Not of TOML's own kind where Python's limits end it: for digits, and for brackets in brackets.
         raise InvalidInput(f"{path}: not valid TOML: {error}") from error
     top = Table(path, "", content).only("system", "body", "integrator", "run")
     system_table, run_table = top.table("system"), top.table("run").only(*_RUN)

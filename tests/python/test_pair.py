@@ -6,7 +6,7 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from fullbody import Component, binary
+from fullbody import Component, _mean_orbit, binary
 
 INF = float("inf")
 NAN = float("nan")
@@ -84,6 +84,25 @@ def test_contradictions_are_reported():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04, mismatch_warning=0.02)
+
+
+@pytest.mark.parametrize("name", ["mismatch_warning", "mismatch_error"])
+@pytest.mark.parametrize("value", [NAN, -INF, -0.1, "a", None, (0.1, 0.2), 10**400, 0.1 * u.km])
+def test_tolerances_are_numbers(name, value):
+    """Whether or not anything is given twice: nan compares with nothing, and would let all pass."""
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    for more in ({}, {"period": 8 * np.pi}):
+        with pytest.raises(fullbody.InvalidInput, match=f"^{name} is .*; expected a number, zero or above$"):
+            binary(first, second, G=1.0, semi_major_axis=5.0, **more, **{name: value})
+
+
+def test_tolerances_of_nothing_and_of_all():
+    """A difference of a tenth of a per cent is one; one of a fifth is no error where none is asked for."""
+    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"0\.0999 %; expected agreement to mismatch_error=0$"):
+        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.004, mismatch_error=0)
+    with pytest.warns(fullbody.InconsistentInput, match="a difference of 20 %"):
+        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0, mismatch_error=INF)
 
 
 @pytest.mark.parametrize(
@@ -284,6 +303,72 @@ def test_irregular_motion_has_no_mean_period_and_says_so():
     found = fullbody.observables.mutual_period(run).mean / period - 1
     assert 1e-6 < abs(found) < 0.05
     assert found == pytest.approx(said, rel=0.5)
+
+
+def sidereal(run, revolutions, period):
+    """The mean period by a plain straight line through the angle in the mean plane."""
+    count = revolutions * 32 + 1
+    r, v = ((name[:count, 1] - name[:count, 0]) for name in (run.position, run.velocity))
+    normal = np.cross(r, v).mean(axis=0)
+    x = np.cross(normal, [0.0, 1.0, 0.0])
+    y = np.cross(normal, x) / np.linalg.norm(normal)
+    return 2 * np.pi / np.polyfit(run.time[:count], np.unwrap(np.arctan2(r @ y, r @ x)), 1)[0] / period - 1
+
+
+@pytest.mark.parametrize(
+    ("primary", "given", "lengths"),
+    # Irregular motion over 64 revolutions is another one with every rounding.
+    [({}, {"eccentricity": 0.1, "mean_anomaly": np.pi / 2}, (32,)), ({"tilt": np.pi / 6}, {}, (32, 64))],
+    ids=["a long secondary on an eccentric orbit", "an equator that turns the orbit's plane"],
+)
+def test_a_mean_that_does_not_last_is_told(primary, given, lengths):
+    """The start is made for 16 revolutions and has the period over these; not over 32 and 64."""
+    shapes = (
+        Component(semi_axes=(0.4, 0.38, 0.31), rotation_period=2.5, **primary),
+        Component(semi_axes=(0.1, 0.08, 0.07)),
+    )
+    G = 8.6498928e-13  # km^3 kg^-1 hour^-2
+    with pytest.warns(
+        fullbody.InconsistentInput, match="given over 16 revolutions and differs by .* no mean"
+    ) as caught:
+        system, state = binary(*shapes, G=G, total_mass=5e11, equal_density=True, period=12.0, **given)
+    run = system.integrate(state, 64 * 12.0, output=12.0 / 32)
+    assert abs(sidereal(run, 16, 12.0)) < 1e-4
+    for revolutions in lengths:
+        said = float(str(caught[0].message).split(f" of it over {revolutions}")[0].split()[-1])
+        # Without a window more is left of what recurs.
+        assert sidereal(run, revolutions, 12.0) == pytest.approx(said, rel=0.5)
+        assert abs(sidereal(run, revolutions, 12.0)) > 1e-4
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_mean_of_ordinary_binaries_lasts(seed):
+    """Round or nearly so, upright or nearly so: no warning, and the period over four times the revolutions."""
+    random = np.random.default_rng(seed)
+    primary = Component(
+        diameter=2.0,
+        axis_ratios=1 + random.uniform(0.0, [0.12, 0.25]),
+        rotation_period=random.uniform(2.0, 6.0),
+        tilt=random.uniform(0.0, 0.1),
+    )
+    secondary = Component(diameter=random.uniform(0.3, 1.0), axis_ratios=1 + random.uniform(0.0, 0.4, 2))
+    period = 2 * np.pi * random.uniform(2.5, 6.0) ** 1.5
+    orbit = {"eccentricity": random.uniform(0.0, 0.03), "mean_anomaly": random.uniform(0.0, 6.0)}
+    system, state = binary(primary, secondary, G=1.0, total_mass=1.0, equal_density=True, period=period, **orbit)
+    run = system.integrate(state, 64 * period, output=period / 32)
+    assert abs(sidereal(run, 64, period)) < 1e-4
+
+
+def test_bodies_that_meet_in_the_later_revolutions():
+    """A long body that turns into its neighbour, taken for one whose first 16 revolutions went well."""
+    ball = Component(diameter=1.0, rotation_period=INF)
+    long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
+    pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "semi_major_axis": 1.85, "synchronous": False}
+    said = _mean_orbit._passing(*binary(ball, long, **pair), 2 * np.pi * 1.85**1.5, 16)
+    assert said.startswith(
+        "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
+    )
+    assert said.endswith("be run: body 0 and body 1 meet in them")
 
 
 def test_the_attraction_is_the_mean_over_a_turn():

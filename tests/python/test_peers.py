@@ -1,6 +1,7 @@
 """Input files of SIANS and GUBAS, and REBOUND's simulations: each number worked out by hand from the formats."""
 
 import pathlib
+import warnings
 
 import astropy.units as u
 import fullbody
@@ -107,6 +108,17 @@ def test_sians_names_the_line(tmp_path, old, new, what):
         fullbody.read_sians(path)
 
 
+def test_sians_names_are_distinct(tmp_path):
+    path = tmp_path / "named.txt"
+    text = (DATA / "sians_pair.txt").read_text() + "\n@ Names\nTwin of\nTwin  of\n"
+    path.write_text(text)
+    line = len(text.splitlines())
+    with pytest.raises(fullbody.InvalidInput, match=rf"named\.txt, line {line}: 'Twin of' is the name of body 0 too"):
+        fullbody.read_sians(path)
+    path.write_text(text.replace("Twin  of", "Beta"))
+    assert fullbody.read_sians(path)[0].names == ("Twin of", "Beta")
+
+
 def test_sians_missing_section(tmp_path):
     path = tmp_path / "cut.txt"
     path.write_text((DATA / "sians_pair.txt").read_text().split("@ Angular")[0])
@@ -116,6 +128,27 @@ def test_sians_missing_section(tmp_path):
         fullbody.read_sians(tmp_path / "none.txt")
     with pytest.raises(fullbody.InvalidInput, match="'km'"):
         fullbody.read_sians(DATA / "sians_pair.txt", units="km")
+
+
+@pytest.mark.parametrize(("name", "values"), [("kepler", (0, 1, 2)), ("sun", (0, 1)), ("density", (0, 1))])
+def test_sians_has_no_default_meaning(tmp_path, name, values):
+    """SIANS itself stops at a file without one of these: "Missing parameter kepler:"."""
+    old = f"{name}: {2 if name == 'kepler' else 0}\n"
+    path = changed(tmp_path, "sians_kw4.txt", old, "")
+    expected = " or ".join(f"'{name}: {value}'" for value in values)
+    with pytest.raises(
+        fullbody.InvalidInput, match=rf"sians_kw4\.txt: no parameter '{name}'; expected a line {expected}"
+    ):
+        fullbody.read_sians(path, units="kmhr")
+
+
+def test_sians_elements_need_the_binary_ids(tmp_path):
+    """SIANS stops there too; a Cartesian start does without."""
+    for name in ("sians_pair.txt", "sians_kw4.txt"):
+        (tmp_path / name).write_text((DATA / name).read_text().split("@ BID")[0])
+    assert fullbody.read_sians(tmp_path / "sians_pair.txt") == fullbody.read_sians(DATA / "sians_pair.txt")
+    with pytest.raises(fullbody.InvalidInput, match=r"sians_kw4\.txt: no section of binary ids"):
+        fullbody.read_sians(tmp_path / "sians_kw4.txt", units="kmhr")
 
 
 # GUBAS
@@ -151,24 +184,65 @@ def test_gubas_units():
         fullbody.read_gubas(DATA / "gubas_pair.cfg", units=("m", "s", "kg"))
 
 
-def test_gubas_euler_angles(tmp_path):
-    path = changed(tmp_path, "gubas_pair.cfg", "B into A Euler Flag: 0", "B into A Euler Flag: 1")
+def turned(tmp_path, comment):
+    """B into A by 10, 20, 30 about x, y, z, with a comment before the flag."""
+    path = changed(tmp_path, "gubas_pair.cfg", "B into A Euler Flag: 0", f"{comment}\nB into A Euler Flag: 1")
     text = path.read_text()
     for old, new in (("1 X: 0.", "1 X: 10."), ("2 Y: 0.", "2 Y: 20."), ("3 Z: 0.", "3 Z: 30.")):
         text = text.replace(f"B into A Euler {old}", f"B into A Euler {new}")
     path.write_text(text.replace("A into N Euler Flag: 0", "A into N Euler Flag: 1"))
+    return path
+
+
+def test_gubas_euler_angles(tmp_path):
+    path = turned(tmp_path, "")
     _, state = fullbody.read_gubas(path, euler="degree")
     # The first row of the matrix of 1-2-3 angles, written out: c2 c3, -c2 s3, s2.
     c2, s2, c3, s3 = np.cos(np.pi / 9), np.sin(np.pi / 9), np.cos(np.pi / 6), 0.5
     np.testing.assert_allclose(state.rotation_matrix[1][0], [c2 * c3, -c2 * s3, s2], rtol=1e-14)
     np.testing.assert_allclose(state.rotation_matrix[1][1, 2], -np.sin(np.pi / 18) * c2, rtol=1e-14)
-    with pytest.warns(UserWarning, match="radians"):
-        _, documented = fullbody.read_gubas(path)
-    assert documented == state
     _, radians = fullbody.read_gubas(path, euler="radian")
     np.testing.assert_allclose(radians.rotation_matrix[1][0, 2], np.sin(20.0), rtol=1e-14)
     with pytest.raises(fullbody.InvalidInput, match="euler"):
         fullbody.read_gubas(path, euler="grad")
+
+
+@pytest.mark.parametrize(
+    ("comment", "second", "warning"),
+    [
+        # The words of hou_config.cfg at two ages: in the main folder, and among the examples.
+        (
+            "# the Body B z-axis. All rotations are in degrees",
+            np.sin(np.pi / 9),
+            "in degrees as its comments say; GUBAS",
+        ),
+        ("# the Body B z-axis. All rotations are in radians", np.sin(20.0), None),
+        ("", np.sin(20.0), "in radians as GUBAS takes them; no comment"),
+        ("# the spins are in rad/s or radians per second", np.sin(20.0), "no comment"),
+        ("; angles in deg", np.sin(np.pi / 9), "degrees"),
+    ],
+)
+def test_gubas_euler_angles_are_as_the_comments_say(tmp_path, comment, second, warning):
+    path = turned(tmp_path, comment)
+    # What comments of other sections are in says nothing, here that of the fly-by.
+    path.write_text(
+        path.read_text().replace("Flyby: 0", "# These should be in km, s, and degrees or radians\nFlyby: 0")
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        _, state = fullbody.read_gubas(path)
+    np.testing.assert_allclose(state.rotation_matrix[1][0, 2], second, rtol=1e-14)
+    assert [warning in str(w.message) for w in caught] == [True] * (warning is not None)
+
+
+def test_gubas_comments_of_two_minds(tmp_path):
+    path = turned(tmp_path, "# All rotations are in degrees\n# All rotations are in radians")
+    with pytest.raises(fullbody.InvalidInput, match=r"gubas_pair\.cfg: comments of .* degrees and of radians"):
+        fullbody.read_gubas(path)
+    fullbody.read_gubas(path, euler="radian")
+    # Angles of zero are the same in both.
+    path.write_text(path.read_text().replace(": 10.", ": 0.").replace(": 20.", ": 0.").replace(": 30.", ": 0."))
+    np.testing.assert_allclose(fullbody.read_gubas(path)[1].rotation_matrix[1], np.eye(3), atol=1e-15)
 
 
 @pytest.mark.parametrize("extra", [8, 16])
@@ -197,6 +271,11 @@ def test_gubas_longer_layouts(tmp_path, extra):
         ("Secondary Shape Flag: 1", "Secondary Shape Flag: 5", "expected one of"),
         ("Relative Position Y: 200.", "Relative Position Y", "no 'name: value'"),
         ("Relative Position Y: 200.", "Relative Position X: 200.", "already exists"),
+        ("Primary Density: 2.1", "Primary Density: -2.1", "Primary Density is '-2.1'; expected a number above zero"),
+        ("Semi-Minor Axis: 60.", "Semi-Minor Axis: -60.", "Secondary Semi-Minor Axis is '-60.'; expected"),
+        ("G: 6.67e-11", "G: -1", "G is '-1'; expected a number, zero or above"),
+        ("B into A (1,1): 0.0", "B into A (1,1): 0.5", "B into A is no rotation matrix: .*; expected one to 1e-4"),
+        ("A into N (1,1): 1.0", "A into N (1,1): -1.0", "A into N is no rotation"),
     ],
 )
 def test_gubas_config_names_the_line(tmp_path, old, new, what):
@@ -206,16 +285,35 @@ def test_gubas_config_names_the_line(tmp_path, old, new, what):
         fullbody.read_gubas(path)
 
 
-def test_gubas_config_without_an_entry(tmp_path):
-    path = changed(tmp_path, "gubas_pair.cfg", "Primary Density: 2.1\n", "")
-    with pytest.raises(fullbody.InvalidInput, match="no 'Primary Density'"):
+@pytest.mark.parametrize(
+    ("line", "option"),
+    [
+        ("Primary Density: 2.1\n", "Primary Density"),
+        # GUBAS stops without these too, which say what others mean.
+        ("B into A Euler Flag: 0\n", "B into A Euler Flag"),
+        ("Fahnestock Input File Flag: 0\n", "Fahnestock Input File Flag"),
+        ("Start Time: 60.0\n", "Start Time"),
+        ("Solar Gravity: 0\n", "Solar Gravity"),
+    ],
+)
+def test_gubas_config_without_an_entry(tmp_path, line, option):
+    path = changed(tmp_path, "gubas_pair.cfg", line, "")
+    with pytest.raises(fullbody.InvalidInput, match=rf"gubas_pair\.cfg: no '{option}' in the section"):
         fullbody.read_gubas(path)
-    path = changed(tmp_path, "gubas_pair.cfg", "B into A (1,2): -1.0", "B into A (1,2): 1.0")
-    with pytest.raises(fullbody.InvalidInput, match="B into A is no rotation"):
-        fullbody.read_gubas(path)
-    path = changed(tmp_path, "gubas_pair.cfg", "Semi-Minor Axis: 60.", "Semi-Minor Axis: -60.")
-    with pytest.raises(fullbody.InvalidInput, match="semi-axis c"):
-        fullbody.read_gubas(path)
+
+
+def test_gubas_spheres_have_one_axis(tmp_path):
+    """The others of a sphere may be anything."""
+    path = changed(tmp_path, "gubas_pair.cfg", "Secondary Shape Flag: 1", "Secondary Shape Flag: 0")
+    path.write_text(path.read_text().replace("Semi-Minor Axis: 60.", "Semi-Minor Axis: 0"))
+    assert fullbody.read_gubas(path)[0].bodies[1].shape == fullbody.Sphere(0.09)
+
+
+def test_files_with_a_byte_order_mark(tmp_path):
+    """As some editors write them; the mark is no part of the text."""
+    for name, read in (("gubas_ic_input.txt", fullbody.read_gubas), ("sians_pair.txt", fullbody.read_sians)):
+        (tmp_path / name).write_bytes(b"\xef\xbb\xbf" + (DATA / name).read_bytes())
+        assert read(tmp_path / name) == read(DATA / name)
 
 
 @pytest.mark.parametrize(
@@ -226,6 +324,11 @@ def test_gubas_config_without_an_entry(tmp_path):
         (60, "1", "tidal"),
         (26, "x", "'x'; expected a number"),
         (12, "7", "expected 0"),
+        (1, "-1", "G is '-1'; expected a number, zero or above"),
+        (7, "0", "a semi-axis is '0'; expected a number above zero"),
+        (14, "-1.9e12", "the secondary's density is '-1.9e12'; expected a number above zero"),
+        (37, "-1", "A into N is no rotation matrix"),
+        (46, "0.5", "B into A is no rotation matrix"),
     ],
 )
 def test_gubas_numbers_name_the_line(tmp_path, line, new, what):
@@ -290,6 +393,22 @@ def test_rebound_refuses_what_we_lack():
     sim.add(a=1.0)
     with pytest.raises(fullbody.InvalidInput, match="particle 1"):
         fullbody.from_rebound(sim)
+
+
+@pytest.mark.parametrize(("active", "first"), [(0, 0), (1, 1), (2, 2)])
+def test_rebound_test_particles_with_a_mass_are_refused(active, first):
+    """They feel the others and attract none of them, or none of each other."""
+    sim = rebound.Simulation()
+    for k in range(3):
+        sim.add(m=1e-3**k, x=k)
+    assert len(fullbody.from_rebound(sim)[0]) == 3
+    sim.N_active = active
+    with pytest.raises(
+        fullbody.InvalidInput, match=f"particle {first} has the mass .* for N_active is {active}; expected all 3"
+    ):
+        fullbody.from_rebound(sim)
+    sim.N_active = 3
+    assert len(fullbody.from_rebound(sim)[0]) == 3
 
 
 def sun_and_earth(*units):

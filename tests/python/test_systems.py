@@ -448,3 +448,63 @@ def test_the_triple():
     assert (np.abs(np.array(densities) - [1.1, 1.0, 2.3]) < [0.2, 0.4, 1.3]).all()
     shaped, _ = systems.sn263_2001(axis_ratios=((1.1, 1.05), (1.3, 1.1), (1.2, 1.0)))
     np.testing.assert_allclose(shaped.masses, system.masses, rtol=1e-14)
+
+
+def test_the_periods_of_the_triple_are_told_as_they_are():
+    """By the angle that Beta goes in its mean plane, and Kepler's third law in SI."""
+    system, state = systems.sn263_2001()
+    alpha, beta, gamma = 917.466e10, 24.039e10, 9.773e10
+
+    def law(size, mass):
+        return 2 * np.pi * np.sqrt((size * 1e3) ** 3 / (6.6743e-11 * mass)) / 86400
+
+    run = system.integrate(state, 100 * 24.0, output=1.0)
+    found = []
+    for body, weights in ((1, np.array([alpha, 0.0, gamma])), (2, np.array([1.0, 0.0, 0.0]))):
+        weights /= weights.sum()
+        r = run.position[:, body] - np.einsum("k,tkj->tj", weights, run.position)
+        v = run.velocity[:, body] - np.einsum("k,tkj->tj", weights, run.velocity)
+        normal = np.cross(r, v).mean(axis=0)
+        x = np.cross([1.0, 0.0, 0.0], normal)
+        y = np.cross(normal, x)
+        angle = np.unwrap(np.arctan2(r @ y / np.linalg.norm(y), r @ x / np.linalg.norm(x)))
+        found.append(2 * np.pi / np.polyfit(run.time, angle, 1)[0] / 24)
+    assumed = " ".join(systems.published("sn263_2001").assumed)
+    assert f"100 days are {found[0]:.3f} and {found[1]:.4f} days" in assumed
+    assert f"6.225 follows, to {law(16.633, alpha + beta):.3f}," in assumed
+    kepler = law(16.633, alpha + beta + gamma)
+    assert f"law gives {kepler:.3f}, and" in assumed
+    # The two act as a ring of the quadrupole J2 R^2 = m1 m2 / (2 (m1 + m2)^2) a^2, which takes about 3 J2 (R/a)^2 of a
+    # period from an osculating start, less of an orbit inclined by 14 degrees that starts near apoapsis.
+    ring = 3 * alpha * gamma / (2 * (alpha + gamma) ** 2) * (3.804 / 16.633) ** 2
+    assert 0.7 * ring < 1 - found[0] / kepler < ring
+
+
+@pytest.mark.parametrize(
+    "ratios", [((1.1, 1.1), (1.2, 1.1)), ((1.0, 1.0),) * 4, (1.1, 1.1, 1.1), 5, None, "abc", ((1, 1), (1, 1), 5)]
+)
+def test_axis_ratios_of_the_triple_are_three_pairs(ratios):
+    what = r"^axis_ratios is .*; expected three pairs of numbers \(a/b, b/c\), of Alpha, of Beta and of Gamma$"
+    with pytest.raises(fullbody.InvalidInput, match=what):
+        systems.sn263_2001(axis_ratios=ratios)
+
+
+def test_axis_ratios_below_zero_name_the_body():
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"axis_ratios of Beta are \(1\.0, -1\.0\); expected two numbers above"
+    ):
+        systems.sn263_2001(axis_ratios=((1, 1), (1, -1), (1, 1)))
+
+
+@pytest.mark.parametrize(
+    ("call", "what"),
+    [
+        (lambda: systems.didymos(frame=np.ones(3)), "frame is array.*; expected 'ecliptic'"),
+        (lambda: systems.kw4(frame=np.ones(3)), "frame is array.*; expected 'orbit'"),
+        (lambda: systems.kw4(shape=np.ones(3)), "shape is array.*; expected 'ellipsoid'"),
+        (lambda: systems.published(["kw4"]), r"tabulated of \['kw4'\]; expected one of"),
+    ],
+)
+def test_what_is_no_text_is_refused_where_text_is_asked(call, what):
+    with pytest.raises(fullbody.InvalidInput, match=what):
+        call()

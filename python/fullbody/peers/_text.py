@@ -17,7 +17,7 @@ def read_lines(path: Any) -> list[str]:
         The latter for a file that is not text.
     """
     try:
-        return Path(path).read_text(encoding="utf-8").splitlines()
+        return Path(path).read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path} is not a text file: {error}") from error
 
@@ -36,4 +36,20 @@ def number(path: Any, line: int, text: str, what: str) -> float:
         fail(path, line, f"{what} is {text!r}; expected a number")
     if value != value or value in (float("inf"), float("-inf")):
         fail(path, line, f"{what} is {text!r}; expected a finite number")
+    return value
+
+
+def positive(path: Any, line: int, text: str, what: str) -> float:
+    """A finite number above zero of a line."""
+    value = number(path, line, text, what)
+    if value <= 0.0:
+        fail(path, line, f"{what} is {text!r}; expected a number above zero")
+    return value
+
+
+def not_negative(path: Any, line: int, text: str, what: str) -> float:
+    """A finite number of a line, zero or above."""
+    value = number(path, line, text, what)
+    if value < 0.0:
+        fail(path, line, f"{what} is {text!r}; expected a number, zero or above")
     return value

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._rotation import is_rotation, quaternion
+from .._rotation import quaternion
 from ..bodies import Body, Ellipsoid, Sphere
 from ..errors import InvalidInput
 
@@ -42,8 +42,9 @@ def read_gubas(
     path : str or Path
         A name that ends in ``.cfg`` is read as the former, others as the latter.
     euler : {"degree", "radian"}, optional
-        What the Euler angles of a ``.cfg`` are. Its comments say degrees, and both programs take them as radians:
-        without this argument angles other than zero are taken as documented, in degrees, with a warning.
+        What the Euler angles of a ``.cfg`` are. Both programs take radians, and the comments in the files that come
+        with them say degrees or radians: without this argument angles other than zero are taken as the comments of the
+        file say, with a warning where these are degrees, and in radians with a warning where they say nothing.
     units : bool
         Whether the system gives Quantities. Numbers are km, s, kg either way.
     **options
@@ -58,8 +59,14 @@ def read_gubas(
     Raises
     ------
     InvalidInput
-        For what is not a number or not there, with the file's line; and for what this package does not have: polyhedra,
-        fly-bys, the Sun's gravity, tides, and the separate file of initial conditions (Fahnestock's).
+        For what is not there, and for what is no number, not above zero or no rotation, with the file's line; for
+        angles beside comments of both units; and for what this package does not have: polyhedra, fly-bys, the Sun's
+        gravity, tides, and the separate file of initial conditions (Fahnestock's).
+
+    Warns
+    -----
+    UserWarning
+        For Euler angles whose unit is in doubt.
 
     References
     ----------
@@ -87,13 +94,9 @@ def read_gubas(
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
     if Path(path).suffix.lower() == ".cfg":
-        setup, angles = read_config(path, euler or "degree")
-        if angles and euler is None:
-            warnings.warn(
-                f"{path} gives Euler angles, taken in degrees as its comments say; GUBAS itself takes radians: "
-                "say euler='degree' or euler='radian'",
-                stacklevel=2,
-            )
+        setup, doubt = read_config(path, euler)
+        if doubt is not None:
+            warnings.warn(f"{path} gives Euler angles, {doubt}", stacklevel=2)
     else:
         setup = read_numbers(path)
     return _build(path, setup, units, options)
@@ -103,10 +106,6 @@ def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tup
     from ..state import State
     from ..system import System
 
-    for name, matrix in (("A into N", setup.a_to_n), ("B into A", setup.b_to_a)):
-        # Files written with a handful of digits are welcome.
-        if not is_rotation(matrix, 1e-4):
-            raise InvalidInput(f"{path}: {name} is no rotation matrix:\n{matrix}")
     try:
         bodies = [
             Body(_shape(flag, axes), density=density, name=name)

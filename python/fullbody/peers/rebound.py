@@ -53,8 +53,8 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     Raises
     ------
     InvalidInput
-        For massless particles, which this package does not have, for a simulation without particles, and for units
-        other than those it carries.
+        For massless particles and for test particles that have a mass (those from ``N_active`` on), which this package
+        does not have, for a simulation without particles, and for units other than those it carries.
 
     Examples
     --------
@@ -81,6 +81,12 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     for index, particle in enumerate(particles):
         if not particle.m > 0.0:
             raise InvalidInput(f"particle {index} has the mass {particle.m}; expected a mass above zero")
+        # Where all are active, the number is below zero, or one beyond all counts.
+        if 0 <= sim.N_active <= index:
+            raise InvalidInput(
+                f"particle {index} has the mass {particle.m} and is a test particle, for N_active is {sim.N_active}; "
+                f"expected all {len(particles)} particles active, for here all bodies attract each other"
+            )
         shape = Sphere(float(particle.r)) if particle.r > 0.0 else PointMass()
         name = getattr(particle, "name", None)
         bodies.append(Body(shape, mass=float(particle.m), name=name if isinstance(name, str) and name else None))

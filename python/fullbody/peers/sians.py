@@ -30,7 +30,8 @@ _UNITS: dict[str | None, tuple[tuple[str, str, str], float, float]] = {
     "kms": (("km", "s", "kg"), _G_SI / 1000.0**3, 1.0),
 }
 _SETTINGS = ("t_end", "N", "ntol", "iabstol", "ireltol", "quadval", "quadnode", "hmax", "hmin", "t_start", "pmdist")
-_SWITCHES = ("kepler", "sun", "density")
+#: What decides on the meaning of the rest, and its values; that program too reads no file without them.
+_SWITCHES = {"kepler": (0, 1, 2), "sun": (0, 1), "density": (0, 1)}
 _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angular velocities", "binary ids", "names")
 
 
@@ -61,8 +62,9 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     Raises
     ------
     InvalidInput
-        For what is not a number or not there, with the file's line; and for what this package does not have: polyhedra,
-        the Sun's gravity, Kepler elements of more than two bodies.
+        For what is not a number, with the file's line, or not there (``kepler``, ``sun`` and ``density`` decide on the
+        meaning of the rest and have no default); and for what this package does not have: polyhedra, the Sun's gravity,
+        Kepler elements of more than two bodies.
 
     Notes
     -----
@@ -79,6 +81,8 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     >>> import fullbody, pathlib, tempfile
     >>> text = '''
     ... kepler: 0
+    ... sun: 0
+    ... density: 0
     ... @ Masses
     ... 2.0
     ... 4*1e-1
@@ -151,7 +155,7 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
 class _File:
     """Rows of a section are (line, words)."""
 
-    switches: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_SWITCHES, 0))
+    switches: dict[str, int] = field(default_factory=dict)
     sections: list[list[tuple[int, list[str]]]] = field(default_factory=list)
     starts: list[int] = field(default_factory=list)
 
@@ -175,9 +179,15 @@ def _parse(path: Any) -> _File:
             file.sections[-1].append((line, words))
         else:
             _setting(path, line, words, file)
-    missing = _SECTIONS[len(file.sections) : 6]
+    for name, allowed in _SWITCHES.items():
+        if name not in file.switches:
+            values = " or ".join(f"'{name}: {value}'" for value in allowed)
+            fail(path, None, f"no parameter {name!r}; expected a line {values} before the first section")
+    # Which body goes about which is asked of Kepler elements only.
+    needed = _SECTIONS[: 7 if file.switches["kepler"] else 6]
+    missing = needed[len(file.sections) :]
     if missing:
-        fail(path, None, f"no section of {missing[0]}; expected, each after a line with @: {', '.join(_SECTIONS[:6])}")
+        fail(path, None, f"no section of {missing[0]}; expected, each after a line with @: {', '.join(needed)}")
     return file
 
 
@@ -185,13 +195,12 @@ def _setting(path: Any, line: int, words: list[str], file: _File) -> None:
     name = words[0].removesuffix(":")
     if name == words[0] or len(words) != 2:
         fail(path, line, f"{' '.join(words)!r} is no setting; expected a name, a colon and a number, such as 'sun: 0'")
-    if name not in _SETTINGS + _SWITCHES:
-        fail(path, line, f"{name!r} is no setting of SIANS; expected one of {', '.join(_SETTINGS + _SWITCHES)}")
+    if name not in (*_SETTINGS, *_SWITCHES):
+        fail(path, line, f"{name!r} is no setting of SIANS; expected one of {', '.join((*_SETTINGS, *_SWITCHES))}")
     value = number(path, line, words[1], name)
     if name in _SWITCHES:
-        allowed = (0, 1, 2) if name == "kepler" else (0, 1)
-        if value not in allowed:
-            fail(path, line, f"{name} is {words[1]}; expected one of {allowed}")
+        if value not in _SWITCHES[name]:
+            fail(path, line, f"{name} is {words[1]}; expected one of {_SWITCHES[name]}")
         if name == "sun" and value == 1:
             fail(path, line, "the file asks for the Sun's gravity, which fullbody does not have")
         file.switches[name] = int(value)
@@ -236,9 +245,7 @@ def _bodies(path: Any, file: _File) -> list[Body]:
     if len(rows) < 2:
         fail(path, file.starts[0], f"{len(rows)} bodies in the section of masses; expected two or more")
     _check_count(path, file, "semi-axes", len(rows))
-    names: list[str | None] = [" ".join(words) for _, words in file.rows("names")]
-    if names:
-        _check_count(path, file, "names", len(rows))
+    names = _names(path, file, len(rows))
     bodies = []
     for index, ((line, words), (axes_line, axes)) in enumerate(zip(rows, file.rows("semi-axes"), strict=True)):
         if len(words) != 1:
@@ -249,7 +256,7 @@ def _bodies(path: Any, file: _File) -> list[Body]:
             fail(path, axes_line, f"{len(axes)} words for semi-axes; expected three numbers")
         value = _value(path, line, words[0], "mass")
         sizes = [_value(path, axes_line, axis, "a semi-axis") for axis in axes]
-        name = names[index] if names else None
+        name = names[index]
         try:
             point = not any(sizes)
             shape = PointMass() if point else Ellipsoid(*sizes)
@@ -261,6 +268,19 @@ def _bodies(path: Any, file: _File) -> list[Body]:
         except InvalidInput as error:
             fail(path, axes_line if "axis" in str(error) else line, str(error))
     return bodies
+
+
+def _names(path: Any, file: _File, count: int) -> list[str | None]:
+    rows = file.rows("names")
+    if not rows:
+        return [None] * count
+    _check_count(path, file, "names", count)
+    names: list[str | None] = []
+    for line, words in rows:
+        if (name := " ".join(words)) in names:
+            fail(path, line, f"{name!r} is the name of body {names.index(name)} too; expected distinct names")
+        names.append(name)
+    return names
 
 
 def _from_elements(path: Any, file: _File, mu: float, day: float | None) -> tuple[Any, Any]:

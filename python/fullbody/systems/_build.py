@@ -26,7 +26,7 @@ Wanted = bool | tuple[object, object, object]
 
 def check_frame(frame: str) -> None:
     """Refuse a frame that is none of the three."""
-    if frame not in ("ecliptic", "equatorial", "orbit"):
+    if not isinstance(frame, str) or frame not in ("ecliptic", "equatorial", "orbit"):
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
 
 

@@ -107,7 +107,7 @@ def published(name: str) -> Published:
     >>> print(fullbody.systems.published("antiope").values["separation"])
     171 +- 1 km
     """
-    if name not in _REGISTRY:
+    if not isinstance(name, str) or name not in _REGISTRY:
         raise InvalidInput(f"nothing is tabulated of {name!r}; expected one of {', '.join(sorted(_REGISTRY))}")
     return _REGISTRY[name]
 

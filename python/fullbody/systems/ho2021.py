@@ -188,7 +188,7 @@ def kw4(
     >>> state.position[1, 0]
     <Quantity 2.40878048 km>
     """
-    if frame not in (None, "orbit"):
+    if frame is not None and not (isinstance(frame, str) and frame == "orbit"):
         raise InvalidInput(
             f"frame is {frame!r}; expected 'orbit': the frame of the published inclination and node is not known"
         )
@@ -291,7 +291,7 @@ def _kw4_mu() -> float:
 def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
     from ..system import System
 
-    if shape not in ("ellipsoid", "spheroid"):
+    if not isinstance(shape, str) or shape not in ("ellipsoid", "spheroid"):
         raise InvalidInput(f"shape is {shape!r}; expected 'ellipsoid' or 'spheroid'")
     bodies = []
     for name, mass, (a, b, c) in zip(("Alpha", "Beta"), _KW4_MASSES, _KW4_AXES, strict=True):

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _rotation
-from .._units import Units
+from .._units import Units, numbers
 from ..bodies import Body
 from ..elements import KeplerElements
+from ..errors import InvalidInput
 from ..pair import Component
 from ._build import Frame, G, Wanted, base_units, check_frame, in_frame, in_units, settled
 from ._published import Published, Value, documented
@@ -52,8 +53,11 @@ FACTS = Published(
     },
     assumed=(
         "the axis ratios are those of the arguments, spheres of the published volumes unless given",
-        "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two, where the run "
-        "keeps Beta's published period (taken about Alpha they make it 6.53 days)",
+        "the elements are osculating, of Gamma about Alpha and of Beta about the barycentre of the two (taken about "
+        "Alpha they make Beta's period 6.53 days)",
+        "the semi-major axes go before the published periods: of spheres the mean periods of 100 days are 6.187 and "
+        "0.6857 days (Beta's of 6.225 follows, to 6.223, from its axis and Kepler's law without the mass of Gamma; "
+        "with it the law gives 6.191, and Alpha and Gamma, which act like an oblate body, take off the rest)",
         "the epoch, whose clock is not named, is in TT",
         "Gamma spins about the pole of its orbit at its mean motion (published: consistent with it), its longest axis "
         "towards Alpha",
@@ -134,13 +138,14 @@ def sn263_2001(
     from ..system import System
 
     check_frame(frame)
+    ratios_of = _ratios(axis_ratios)
     options = settled(options, FACTS.epoch)
     base = base_units(units)
     names = ("Alpha", "Beta", "Gamma")
     masses = np.array([FACTS[f"mass of {name}"] for name in names])
     shapes = [
         Component(diameter=FACTS[f"diameter of {name}"], axis_ratios=ratios, name=name).shape
-        for name, ratios in zip(names, axis_ratios, strict=True)
+        for name, ratios in zip(names, ratios_of, strict=True)
     ]
     bodies = [Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, masses, names, strict=True)]
     position, velocity = np.zeros((3, 3)), np.zeros((3, 3))
@@ -177,6 +182,19 @@ def sn263_2001(
         attach(np.float64(0.0), "time"),
     )
     return in_units(system, in_frame(state, FACTS, frame), units)
+
+
+def _ratios(given: Any) -> list[tuple[float, float]]:
+    """The axis ratios of the three."""
+    try:
+        pairs = numbers(given, "axis_ratios")
+    except InvalidInput:
+        pairs = np.zeros(0)
+    if pairs.shape != (3, 2):
+        raise InvalidInput(
+            f"axis_ratios is {given!r}; expected three pairs of numbers (a/b, b/c), of Alpha, of Beta and of Gamma"
+        )
+    return [(float(first), float(second)) for first, second in pairs]
 
 
 def _elements(name: str) -> KeplerElements:

@@ -214,3 +214,34 @@ def test_files_that_are_no_toml(tmp_path):
     ):
         with pytest.raises(fullbody.InvalidInput, match=f"{what}.*; expected a file of TOML"):
             fullbody.read_toml(tmp_path / name)
+
+
+def test_a_byte_order_mark_is_no_statement(tmp_path):
+    """As some editors write it; with their line ends, too."""
+    plain = read(tmp_path, PAIR)
+    (tmp_path / "system.toml").write_bytes(b"\xef\xbb\xbf" + PAIR.replace("\n", "\r\n").encode())
+    setup = fullbody.read_toml(tmp_path / "system.toml")
+    assert (setup.system, setup.state, setup.until) == (plain.system, plain.state, plain.until)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("G = 1.0", "G = {}", r"system\.G: is 9+\.\.\.9+; expected a finite number"),
+        ("radius = 1.0", "radius = -{}", r"body\[0\]\.radius: is -9+\.\.\.9+; expected a finite number"),
+        ("[3, 0, 0]", "[3, {}, 0]", r"body\[1\]\.position: is 9+\.\.\.9+; expected a finite number"),
+        ("until = 2.0", "until = {}", r"run\.until: is 9+\.\.\.9+; expected a finite number"),
+        ("G = 1.0", "G = 1.0\ngravity_tolerance = {}", r"system: gravity_tolerance is 9+; expected a number"),
+        ("G = 1.0", 'units = [{}, "s", "kg"]', r"system\.units: units has 9+, which is no unit"),
+    ],
+)
+def test_whole_numbers_beyond_all_doubles(tmp_path, old, new, what):
+    """TOML has them; 1e308 is about where doubles end."""
+    with pytest.raises(fullbody.InvalidInput, match=what):
+        read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1))
+
+
+@pytest.mark.parametrize("value", ["9" * 5000, "[" * 3000 + "]" * 3000])
+def test_what_is_beyond_reading(tmp_path, value):
+    with pytest.raises(fullbody.InvalidInput, match=r"system\.toml: not valid TOML: "):
+        read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}"))
