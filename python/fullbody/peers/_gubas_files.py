@@ -84,6 +84,10 @@ class _Config:
             fail(self.path, None, f"no {option!r} in the section [{section}]")
         return kind(self.path, self.line(section, option), self._parser.get(section, option), option)
 
+    def asks_for(self, section: str, option: str) -> bool:
+        """Whether a switch is on; without the option it is off."""
+        return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
+
     def flag(self, section: str, option: str, allowed: tuple[int, ...]) -> int:
         """A whole number out of a few."""
         value = self.number(section, option)
@@ -138,7 +142,9 @@ def read_config(path: Any, euler: str | None) -> tuple[Setup, str | None]:
         shapes=(shapes[0], shapes[1]),
         semi_axes=np.array(axes),
         densities=(density[0], density[1]),
-        start=cfg.number("Integration Settings", "Start Time"),
+        start=cfg.number("Integration Settings", "Start Time")
+        if cfg.has("Integration Settings", "Start Time")
+        else 0.0,
         position=vectors["Relative Position"] / 1000.0,
         velocity=vectors["Relative Velocity"] / 1000.0,
         spin_a=vectors["Primary Angular Velocity"],
@@ -151,7 +157,7 @@ def read_config(path: Any, euler: str | None) -> tuple[Setup, str | None]:
 
 def _refuse_others(cfg: _Config, start: str) -> None:
     """Refuse what this package does not have."""
-    if cfg.flag(start, "Fahnestock Input File Flag", (0, 1)):
+    if cfg.asks_for(start, "Fahnestock Input File Flag"):
         fail(
             cfg.path,
             cfg.line(start, "Fahnestock Input File Flag"),
@@ -159,10 +165,7 @@ def _refuse_others(cfg: _Config, start: str) -> None:
         )
     extra = "Additional Forces and Perturbations"
     for option in ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque"):
-        # The first two came with later versions.
-        if option in ("Flyby", "Heliocentric Orbit") and not cfg.has(extra, option):
-            continue
-        if cfg.flag(extra, option, (0, 1)):
+        if cfg.asks_for(extra, option):
             fail(cfg.path, cfg.line(extra, option), f"the file asks for {option!r}, which fullbody does not have")
 
 

@@ -30,7 +30,8 @@ _UNITS: dict[str | None, tuple[tuple[str, str, str], float, float]] = {
     "kms": (("km", "s", "kg"), _G_SI / 1000.0**3, 1.0),
 }
 _SETTINGS = ("t_end", "N", "ntol", "iabstol", "ireltol", "quadval", "quadnode", "hmax", "hmin", "t_start", "pmdist")
-#: What decides on the meaning of the rest, and its values; that program too reads no file without them.
+#: What decides on the meaning of the rest, and its values. Without ``sun`` there is none, without ``density`` the
+#: section of masses has masses.
 _SWITCHES = {"kepler": (0, 1, 2), "sun": (0, 1), "density": (0, 1)}
 _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angular velocities", "binary ids", "names")
 
@@ -62,9 +63,9 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     Raises
     ------
     InvalidInput
-        For what is not a number, with the file's line, or not there (``kepler``, ``sun`` and ``density`` decide on the
-        meaning of the rest and have no default); and for what this package does not have: polyhedra, the Sun's gravity,
-        Kepler elements of more than two bodies.
+        For what is not a number, with the file's line, or not there (``kepler`` decides whether positions are elements
+        and has no default); and for what this package does not have: polyhedra, the Sun's gravity, Kepler elements of
+        more than two bodies.
 
     Notes
     -----
@@ -81,8 +82,6 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     >>> import fullbody, pathlib, tempfile
     >>> text = '''
     ... kepler: 0
-    ... sun: 0
-    ... density: 0
     ... @ Masses
     ... 2.0
     ... 4*1e-1
@@ -155,7 +154,7 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
 class _File:
     """Rows of a section are (line, words)."""
 
-    switches: dict[str, int] = field(default_factory=dict)
+    switches: dict[str, int] = field(default_factory=lambda: {"sun": 0, "density": 0})
     sections: list[list[tuple[int, list[str]]]] = field(default_factory=list)
     starts: list[int] = field(default_factory=list)
 
@@ -179,10 +178,9 @@ def _parse(path: Any) -> _File:
             file.sections[-1].append((line, words))
         else:
             _setting(path, line, words, file)
-    for name, allowed in _SWITCHES.items():
-        if name not in file.switches:
-            values = " or ".join(f"'{name}: {value}'" for value in allowed)
-            fail(path, None, f"no parameter {name!r}; expected a line {values} before the first section")
+    if "kepler" not in file.switches:
+        values = " or ".join(f"'kepler: {value}'" for value in _SWITCHES["kepler"])
+        fail(path, None, f"no parameter 'kepler'; expected a line {values} before the first section")
     # Which body goes about which is asked of Kepler elements only.
     needed = _SECTIONS[: 7 if file.switches["kepler"] else 6]
     missing = needed[len(file.sections) :]
