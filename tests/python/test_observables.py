@@ -183,6 +183,18 @@ def test_the_period_by_few_samples_of_a_kepler_orbit(e):
     np.testing.assert_allclose(observables.mutual_period(run).mean, 2 * np.pi, rtol=1e-7)
 
 
+def test_motion_that_is_no_kepler_orbit_is_followed_by_its_samples_alone():
+    """The inner of two satellites as seen from the outer one, at a = 4: mostly where the planet is, so 16 pi a turn."""
+    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-12, 1e-12)]
+    position = [[0, 0, 0], [1, 0, 0], [4, 0, 0]]
+    system, state = fullbody.System(points, G=1.0), fullbody.State(position, [[0, 0, 0], [0, 1, 0], [0, 0.5, 0]])
+    run = system.integrate(state, 16 * np.pi * 20, output=0.5)
+    np.testing.assert_allclose(observables.mutual_period(run, body=1, about=2).mean, 16 * np.pi, rtol=1e-6)
+    coarse = system.integrate(state, 16 * np.pi * 20, output=16 * np.pi / 5)
+    with pytest.raises(fullbody.InvalidInput, match=r"not near to a Kepler orbit; .* \(output= 1\.8 or less\)"):
+        observables.mutual_period(coarse, body=1, about=2)
+
+
 @pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
 def test_a_planar_orbit_has_no_node(frame):
     """All of Didymos' angular momenta are parallel, so that the poles cannot move."""

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 
-__all__ = ["Path", "along", "even", "fitting_mu", "harmonics", "periods"]
+__all__ = ["Path", "along", "fitting_mu", "harmonics", "periods"]
 
 _Array = npt.NDArray[np.float64]
 #: Points in a revolution that even a circular orbit is to have, and the powers of e that harmonics are to fall by.
@@ -27,13 +27,15 @@ class Path(NamedTuple):
 def fitting_mu(path: Path) -> float:
     """The mu whose Kepler orbits fit the samples best, so that a circle about an oblate body is one of them.
 
-    v x (r x v) = mu (r/|r| + e) with a constant vector e, by least squares; nan for motion that fits none.
+    v x (r x v) = mu (r/|r| + e) with a constant vector e, by least squares; for motion that fits none, the middle one
+    of those for which the samples would be on circles.
     """
-    direction = path.r / np.linalg.norm(path.r, axis=1)[:, None]
+    distance = np.linalg.norm(path.r, axis=1)
+    direction = path.r / distance[:, None]
     turned = np.cross(path.v, np.cross(path.r, path.v))
     turned -= turned.mean(axis=0)
     fit = float(np.sum(turned * (direction - direction.mean(axis=0))))
-    return float(np.sum(turned**2)) / fit if fit > 0.0 else float("nan")
+    return float(np.sum(turned**2) / fit if fit > 0.0 else np.median(np.sum(path.v**2, axis=1) * distance))
 
 
 def periods(path: Path, mu: float) -> _Array:
@@ -52,12 +54,6 @@ def harmonics(path: Path, mu: float) -> float:
     e = _core.cartesian_to_elements(path.r, path.v, mu)[:, 1]
     s = np.sqrt(1.0 - np.clip(e, 1e-3, 1.0 - 1e-9).max() ** 2)
     return max(float(_LEAST), _FALL / float(np.arctanh(s) - s))
-
-
-def even(time: _Array) -> bool:
-    """Whether times are equally spaced."""
-    steps = np.diff(time)
-    return bool(np.ptp(steps) <= 1e-6 * abs(steps.mean()))
 
 
 def along(path: Path, mu: float, moments: _Array) -> tuple[Path, _Array]:

@@ -23,8 +23,8 @@ REVOLUTIONS, WINDOWED = 2, 5
 #: Radians. A pole nearer to an axis is there but for round-off, which alone would say how it goes about it.
 NEAREST = 1e-9
 #: How much of a period may lie between two samples, how far the Kepler orbit of one may miss the next relative to the
-#: distance, and how many points of a run are at most followed.
-_APART, _MISS, _POINTS = 0.5, 0.1, 2_000_000
+#: distance, how far the direction may turn where there is none, and how many points of a run are at most followed.
+_APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 
 class View:
@@ -76,13 +76,14 @@ class View:
 
     @cached_property
     def path(self) -> follow.Path:
-        """The motion at even times that hold its harmonics: the samples, where they are so."""
+        """The motion at even times that hold its harmonics: the samples, where they are so or it is no orbit."""
         samples = self._samples
-        if not np.isfinite(self._periods).all():
+        if not self._orbits:
+            self._check_directions()
             return samples
         roughly = float(np.sum(self._apart))
         least = follow.harmonics(samples, self._mu) * roughly
-        regular = follow.even(self.time)
+        regular = signal.even(self.time)
         if regular and len(self.time) > least:
             return samples
         # Where steps are short for the sake of something fast, so are these.
@@ -101,10 +102,24 @@ class View:
             )
         return path
 
-    def at(self, moments: _Array) -> follow.Path | None:
-        """The motion at moments of the run; ``None`` where it is not round the other body."""
-        closed = np.isfinite(self._periods).all()
-        return follow.along(self._samples, self._mu, moments)[0] if closed else None
+    def _check_directions(self) -> None:
+        """Refuse samples that are far apart where no orbit tells what is between them."""
+        speed = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
+        cosine = np.sum(self.r[1:] * self.r[:-1], axis=1)
+        sine = np.linalg.norm(np.cross(self.r[1:], self.r[:-1]), axis=1)
+        fastest = np.maximum(speed[1:], speed[:-1]) * np.abs(np.diff(self.time))
+        turned = np.maximum(np.arctan2(sine, cosine), fastest)
+        if turned.max() > _TURN:
+            k = int(turned.argmax())
+            raise InvalidInput(
+                f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])} the direction of "
+                f"{self.name} turns by about {turned[k]:.2g} rad, and its motion is not near to a Kepler orbit; "
+                f"{self.what} needs less than {_TURN:g} ({self.closer(2 * turned[k] / _TURN)})"
+            )
+
+    def at(self, moments: _Array) -> follow.Path:
+        """The motion at moments of the run."""
+        return follow.along(self._samples, self._mu, moments)[0]
 
     def halved(self) -> follow.Path:
         """The path as every second sample tells it."""
@@ -122,10 +137,13 @@ class View:
 
     @cached_property
     def _periods(self) -> _Array:
-        """Of the orbits that the samples are on (K,); infinite for motion that is not round the other body."""
-        if not np.isfinite(self._mu):
-            return np.full(len(self.time), np.inf)
+        """Of the Kepler orbits that the samples are on (K,)."""
         return follow.periods(self._samples, self._mu)
+
+    @property
+    def _orbits(self) -> bool:
+        """Whether the motion is near to one Kepler orbit: some other body may be what it is about."""
+        return bool(np.isfinite(self._periods).all() and self._periods.max() < 2 * self._periods.min())
 
     @property
     def _apart(self) -> _Array:
@@ -133,10 +151,12 @@ class View:
         periods = self._periods
         return np.asarray(np.abs(np.diff(self.time)) / np.minimum(periods[1:], periods[:-1]))
 
-    def closer(self) -> str:
-        """What spacing to ask for instead."""
-        tenth = self.span(float(f"{min(np.median(self._periods) / 10, np.abs(np.diff(self.time)).max() / 2):.2g}"))
-        return f"output= {tenth} or less"
+    def closer(self, by: float = 2.0) -> str:
+        """What spacing to ask for instead: a tenth of the period, or the present one divided by a number."""
+        spacing = float(np.abs(np.diff(self.time)).max()) / by
+        if self._orbits:
+            spacing = min(spacing, float(np.median(self._periods)) / 10)
+        return f"output= {self.span(float(f'{spacing:.2g}'))} or less"
 
     @cached_property
     def turns(self) -> float:
@@ -146,7 +166,7 @@ class View:
 
     def _check_revolutions(self, least: int) -> None:
         parts = self._apart
-        if parts.max() >= _APART:
+        if self._orbits and parts.max() >= _APART:
             first = int(np.argmax(parts >= _APART))
             self._refuse_sparse(first, parts[first])
         angle, rate = self.longitude

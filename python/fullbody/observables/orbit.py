@@ -225,10 +225,7 @@ def _passages(view: View) -> _Array:
 def _sharpened(view: View, passages: _Array, start: float) -> _Array:
     """Passages of a longitude, after Newton's method along the Kepler orbits: a spline misses what is eccentric."""
     for _ in range(3):
-        path = view.at(passages)
-        if path is None:
-            break
-        angle, rate = view.longitude_of(path)
+        angle, rate = view.longitude_of(view.at(passages))
         missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
         passages = passages - missed / rate
     return passages
