@@ -6,6 +6,7 @@ import difflib
 import functools
 import inspect
 import operator
+import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ParamSpec, TypeVar
 
@@ -38,6 +39,16 @@ def place(value: object, names: Sequence[str], what: str) -> int:
         places = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
         raise InvalidInput(f"{what} is {value!r}; expected {places}")
     return index
+
+
+def name_of(value: object) -> str | None:
+    """A body's name: text that files and pictures can hold, or none."""
+    if value is not None and not isinstance(value, str):
+        raise InvalidInput(f"name is {value!r}; expected text")
+    # Control characters, and halves of characters, which no encoding has.
+    if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
+        raise InvalidInput(f"name is {value!r}; expected text without control characters")
+    return value
 
 
 def positive(value: Any, unit: str, what: str) -> Any:

@@ -1,4 +1,4 @@
-"""Results with arrays in them: equality and short texts."""
+"""Equality of what holds arrays and units, and short texts of it."""
 
 from __future__ import annotations
 
@@ -43,10 +43,33 @@ def same(first: Any, second: Any) -> bool:
     if is_quantity(first) != is_quantity(second):
         return False
     if isinstance(first, np.ndarray | float) or isinstance(second, np.ndarray | float):
-        if first is None or second is None:
+        # Numpy has no numbers of these to compare with.
+        if any(part is None or isinstance(part, str) for part in (first, second)):
             return first is second
         return bool(np.array_equal(first, second, equal_nan=True))
     return bool(first == second)
+
+
+def hashed(value: Any) -> int:
+    """A hash of a scalar that is the same in all units: of a Quantity that of its dimension, for conversions round."""
+    if is_quantity(value):
+        return hash(str(value.si.unit))
+    return hash(value.item() if isinstance(value, np.ndarray) else value)
+
+
+class Alike:
+    """Base of dataclasses (``eq=False``) of scalars with or without units: equal ones have equal hashes."""
+
+    __slots__ = ()
+
+    def _parts(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
+
+    def __eq__(self, other: object) -> bool:
+        return same(self._parts(), other._parts()) if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((type(self), *map(hashed, self._parts())))
 
 
 class Record:

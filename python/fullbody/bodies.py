@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import positive, refuse_mixture
+from ._arguments import name_of, positive, refuse_mixture
+from ._records import Alike, hashed, same
 from ._units import Units, gathered, is_quantity, strip_to
 from .errors import InvalidInput
 
@@ -17,8 +18,8 @@ __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
 _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
-@dataclass(frozen=True, slots=True)
-class Ellipsoid:
+@dataclass(frozen=True, slots=True, eq=False)
+class Ellipsoid(Alike):
     """A homogeneous ellipsoid.
 
     Parameters
@@ -53,8 +54,8 @@ class Ellipsoid:
         return (self.a, self.b, self.c)
 
 
-@dataclass(frozen=True, slots=True)
-class Sphere:
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere(Alike):
     """A homogeneous sphere.
 
     Parameters
@@ -134,11 +135,9 @@ class Body:
         density: Any = None,
         name: str | None = None,
     ) -> None:
-        called = name if name is not None else "the body"
+        called = "the body" if name_of(name) is None else name
         if not isinstance(shape, Ellipsoid | Sphere | PointMass):
             raise InvalidInput(f"shape of {called} is {shape!r}; expected an Ellipsoid, a Sphere or a PointMass")
-        if name is not None and not isinstance(name, str):
-            raise InvalidInput(f"name is {name!r}; expected text")
         if (mass is None) == (density is None):
             given = "neither mass nor density" if mass is None else "both a mass and a density"
             raise InvalidInput(f"{called} is given {given}; expected one of the two")
@@ -217,12 +216,12 @@ class Body:
         return f"Body({self._shape!r}, {value}{name})"
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Body) and self._key() == other._key()
+        return isinstance(other, Body) and same(self._parts(), other._parts())
 
     def __hash__(self) -> int:
-        return hash(repr(self))
+        return hash(tuple(map(hashed, self._parts())))
 
-    def _key(self) -> tuple[object, ...]:
+    def _parts(self) -> tuple[object, ...]:
         return (self._shape, self._mass, self._density, self._name)
 
     def _with(self, units: Units) -> Body:

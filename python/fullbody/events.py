@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ._arguments import directions, integer, place
+from ._records import Alike
 from ._units import gathered, numbers, scalar
 from .errors import InvalidInput
 from .state import State
@@ -36,8 +37,8 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Event:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Event(Alike):
     """Base of all events.
 
     Parameters
@@ -72,7 +73,7 @@ class Event:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _OfPair(Event):
     i: int | str = 0
     j: int | str = 1
@@ -82,7 +83,7 @@ class _OfPair(Event):
         return {**super()._describe(system), "first": first, "second": second}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Separation(_OfPair):
     """The centres of bodies i and j are ``value`` apart.
 
@@ -111,7 +112,7 @@ class Separation(_OfPair):
         return {**super()._describe(system), "value": value}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contact(_OfPair):
     """The surfaces of bodies i and j touch, also where they only graze.
 
@@ -140,7 +141,7 @@ class Contact(_OfPair):
     """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Periapsis(_OfPair):
     """The centres of bodies i and j are nearest.
 
@@ -159,7 +160,7 @@ class Periapsis(_OfPair):
     """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Apoapsis(_OfPair):
     """The centres of bodies i and j are furthest apart.
 
@@ -170,7 +171,7 @@ class Apoapsis(_OfPair):
     """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlaneCrossing(Event):
     """The centre of body i goes through a plane.
 
@@ -200,7 +201,7 @@ class PlaneCrossing(Event):
         return {**super()._describe(system), "first": first, "second": second, "normal": self.normal}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Escape(_OfPair):
     """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
 
@@ -220,7 +221,7 @@ class Escape(_OfPair):
         return {**super()._describe(system), "value": value}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Alignment(_OfPair):
     """The angle between body i's long axis and the line to body j is smallest.
 
@@ -231,7 +232,7 @@ class Alignment(_OfPair):
     """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Function(Event):
     """A function of the state goes through zero.
 

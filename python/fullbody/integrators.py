@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from . import _core
+from ._records import Alike
 from ._units import gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput, PrecisionWarning
 
@@ -22,7 +23,7 @@ __all__ = [
 ]
 
 
-class Integrator:
+class Integrator(Alike):
     """Base of all integrators."""
 
     __slots__ = ()
@@ -49,7 +50,7 @@ def rebuild(described: dict[str, Any]) -> Integrator:
     return integrator
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Adaptive(Integrator):
     """A Runge-Kutta pair with step control.
 
@@ -86,7 +87,7 @@ class _Adaptive(Integrator):
         return (type(self).__name__, self.rtol, self.atol, 0.0, "")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Verner98(_Adaptive):
     """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9: the default.
 
@@ -112,7 +113,7 @@ class Verner98(_Adaptive):
     """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Verner87(_Adaptive):
     """Verner's pair of orders 8 and 7; tolerances as in :class:`Verner98`.
 
@@ -122,7 +123,7 @@ class Verner87(_Adaptive):
     """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Verner76(_Adaptive):
     """Verner's pair of orders 7 and 6; tolerances as in :class:`Verner98`.
 
@@ -132,7 +133,7 @@ class Verner76(_Adaptive):
     """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Verner65(_Adaptive):
     """Verner's pair of orders 6 and 5; tolerances as in :class:`Verner98`.
 
@@ -142,7 +143,7 @@ class Verner65(_Adaptive):
     """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DormandPrince54(_Adaptive):
     """The pair of Dormand and Prince of orders 5 and 4; tolerances as in :class:`Verner98`.
 
@@ -169,7 +170,7 @@ def _time(step: Any) -> Any:
     return step
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
     """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation a step.
 
@@ -192,7 +193,7 @@ class LieGroupVariational(Integrator):
         return (type(self).__name__, 0.0, 0.0, strip(self.step), "")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SymplecticSplitting(Integrator):
     """Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ._records import Record, block
+from ._records import Alike, Record, block
 
 __all__ = ["Energy", "Interactions"]
 
@@ -37,8 +37,8 @@ class Interactions(Record):
         return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
 
 
-@dataclass(frozen=True, slots=True)
-class Energy:
+@dataclass(frozen=True, slots=True, eq=False)
+class Energy(Alike):
     """Energy in its parts.
 
     Attributes

@@ -99,7 +99,7 @@ def to_pandas(run: Run) -> Any:
     columns, values, named = [], [], {}
     for name, (dims, dimension, _) in _VARIABLES.items():
         rows = run._record[name]
-        values.append(rows.reshape(len(rows), -1))
+        values.append(rows.reshape(len(rows), int(np.prod(rows.shape[1:]))))
         bodies = run.system.names if "body" in dims else ("",)
         columns += [(name, body, part) for body in bodies for part in _COORDINATES[dims[-1]]]
         if dimension and units.known:

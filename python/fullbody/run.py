@@ -167,7 +167,8 @@ class Run:
     def energy_drift(self) -> npt.NDArray[np.float64]:
         """Change of the total energy since the start, relative to it (K,)."""
         energy = self._record["energy"][:, 0]
-        return np.asarray((energy - energy[0]) / abs(energy[0]))
+        # A slice, since a run may have no samples.
+        return np.asarray((energy - energy[:1]) / abs(energy[:1]))
 
     @property
     def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
@@ -176,14 +177,14 @@ class Run:
         The energy of a fast spin can dwarf that of the orbit and hide its error.
         """
         energy = self._record["energy"]
-        return np.asarray((energy[:, 0] - energy[0, 0]) / abs(energy[0, 1] + energy[0, 3]))
+        return np.asarray((energy[:, 0] - energy[:1, 0]) / abs(energy[:1, 1] + energy[:1, 3]))
 
     @property
     def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
         """Length of the change of the angular momentum since the start, relative to its length (K,)."""
         momentum = self._record["angular_momentum"]
-        change = np.linalg.norm(momentum - momentum[0], axis=1)
-        return np.asarray(change / np.linalg.norm(momentum[0]))
+        change = np.linalg.norm(momentum - momentum[:1], axis=1)
+        return np.asarray(change / np.linalg.norm(momentum[:1], axis=1))
 
     def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
         """Osculating elements of one body about another.

@@ -86,6 +86,13 @@ def test_names_that_are_not_there(kw4):
         run.plot.spins(bodies="Alpha")
 
 
+@pytest.mark.parametrize("name", ["a\0b", "two\nlines", "\x7f", "tab\t", "\x85", "half \ud800"])
+def test_names_without_control_characters(name):
+    with pytest.raises(fullbody.InvalidInput, match=r"name is .*; expected text without control characters"):
+        Body(PointMass(), mass=1.0, name=name)
+    assert Body(PointMass(), mass=1.0, name="Ünicode 小 $x_1$").name == "Ünicode 小 $x_1$"
+
+
 def test_bodies_without_names_have_those_of_their_places():
     unnamed = System([Body(PointMass(), mass=1.0) for _ in range(2)], G=1.0)
     start = State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0.1, 0]])

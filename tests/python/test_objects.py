@@ -125,6 +125,41 @@ def test_things_made_alike_are_equal_and_others_are_not(units):
             assert (one == other) is (k == n), (one, other)
 
 
+def test_equal_things_in_other_units_have_equal_hashes():
+    km, m, kg, g, hour = u.km, u.m, u.kg, u.g, u.hour
+    sphere, other = fullbody.Sphere(1 * km), fullbody.Sphere(1000 * m)
+    for first, second in (
+        (sphere, other),
+        (fullbody.Ellipsoid(3 * km, 2 * km, 1 * km), fullbody.Ellipsoid(3000 * m, 2000 * m, 1000 * m)),
+        (fullbody.Body(sphere, mass=1 * kg, name="A"), fullbody.Body(other, mass=1000 * g, name="A")),
+        (fullbody.Body(sphere, density=1 * g / u.cm**3), fullbody.Body(other, density=1000 * kg / m**3)),
+        (fullbody.SymplecticSplitting(1 * hour), fullbody.SymplecticSplitting(60 * u.min)),
+        (fullbody.LieGroupVariational(1 * hour), fullbody.LieGroupVariational(3600 * u.s)),
+        (events.Separation(0, 1, 1 * km), events.Separation(0, 1, 1000 * m)),
+        (events.Escape(0, 1, distance=1 * km), events.Escape(0, 1, distance=1000 * m)),
+        (fullbody.Sphere(2), fullbody.Sphere(np.array(2.0))),
+    ):
+        assert first == second
+        assert len({first, second}) == 1
+    for first, second in (
+        (sphere, fullbody.Sphere(1.0)),
+        (sphere, fullbody.Sphere(np.nextafter(1.0, 2.0) * km)),
+        (events.Separation(0, 1, 1 * km), events.Separation(0, 1, 1.0)),
+        (events.Periapsis(0, 1), events.Apoapsis(0, 1)),
+        (fullbody.SymplecticSplitting(1 * hour), fullbody.LieGroupVariational(1 * hour)),
+    ):
+        assert first != second
+
+
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_plots_and_views_equal_their_copies(duplicate):
+    run = example(True)[2]
+    for picture, others in ((run.plot, (run[:51].plot, run)), (run.view(), (run[:51].view(), run.view(samples=150)))):
+        assert duplicate(picture) == picture
+        for other in others:
+            assert picture != other
+
+
 def test_units_make_a_difference():
     for plain, united in zip(made(False), made(True), strict=True):
         text = repr(plain)

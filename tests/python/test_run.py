@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody import observables
 from support import angle_between, points
 
 SYSTEM, STATE = fullbody.systems.case1()
@@ -39,6 +40,22 @@ def test_output_array_is_exactly_those_times():
     assert np.array_equal(run.time, times)
     assert len(SYSTEM.integrate(STATE, 10.0, output=[])) == 0
     assert SYSTEM.integrate(STATE, 10.0, output=[0.0, 10.0]).time.tolist() == [0.0, 10.0]
+
+
+def test_a_run_without_samples_has_empty_answers():
+    run = SYSTEM.integrate(STATE, 10.0, output=[])
+    for values in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
+        assert values.shape == (0,)
+        assert values.dtype == float
+    assert run.elements().e.shape == (0,)
+    assert list(run) == []
+    assert "samples" in run._repr_html_()
+    for needs_samples in (run.plot, run.plot.elements, run.plot.scene, run.view):
+        with pytest.raises(fullbody.InvalidInput, match="the run has no samples; expected at least one"):
+            needs_samples()
+    for observable in (observables.mutual_period, observables.orbit_precession, observables.obliquity):
+        with pytest.raises(fullbody.InvalidInput, match=r"the run has 0 samples; .* needs"):
+            observable(run)
 
 
 def test_output_does_not_change_the_solution():

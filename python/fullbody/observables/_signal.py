@@ -47,10 +47,15 @@ def unwrapped(angle: _Array, period: float = 2 * np.pi) -> _Array:
     return np.unwrap(angle, period=period)
 
 
+def even(time: _Array) -> bool:
+    """Whether times are equally spaced."""
+    steps = np.diff(time)
+    return bool(np.ptp(steps) <= 1e-6 * abs(steps.mean()))
+
+
 def evenly(time: _Array, values: _Array) -> tuple[_Array, _Array]:
     """Samples at equal steps: themselves, or a cubic spline through them."""
-    steps = np.diff(time)
-    if np.ptp(steps) <= 1e-6 * abs(steps.mean()):
+    if even(time):
         return time, values
     grid = np.linspace(time[0], time[-1], 4 * len(time))
     order = np.argsort(time)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _rotation
 from .._arguments import directions
 from ..errors import InvalidInput
+from . import _follow as follow
 from . import _signal as signal
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ _Array = npt.NDArray[np.float64]
 REVOLUTIONS, WINDOWED = 2, 5
 #: Radians. A pole nearer to an axis is there but for round-off, which alone would say how it goes about it.
 NEAREST = 1e-9
+#: How much of a period may lie between two samples, how far the Kepler orbit of one may miss the next relative to the
+#: distance, how far the direction may turn where there is none, and how many points of a run are at most followed.
+_APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 
 class View:
@@ -48,7 +52,7 @@ class View:
         about = run.system._place(about, f"about of {what}")
         if body == about:
             raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
-        self.body, self.name = body, f"body {body} ({run.system.names[body]})"
+        self.body, self.name, self.what = body, f"body {body} ({run.system.names[body]})", what
         self.units = run.system._units
         self.time = run._record["time"]
         signal.check_times(self.time, least, what)
@@ -68,36 +72,125 @@ class View:
         self.spin = record["spin"][:, body]
         self._start = record["angular_momentum"][0]
         if revolutions > 0:
-            self._check_revolutions(what, revolutions)
+            self._check_revolutions(revolutions)
+
+    @cached_property
+    def path(self) -> follow.Path:
+        """The motion at even times that hold its harmonics: the samples, where they are so or it is no orbit."""
+        samples = self._samples
+        if not self._orbits:
+            self._check_directions()
+            return samples
+        roughly = float(np.sum(self._apart))
+        least = follow.harmonics(samples, self._mu) * roughly
+        regular = signal.even(self.time)
+        if regular and len(self.time) > least:
+            return samples
+        # Where steps are short for the sake of something fast, so are these.
+        count = int(max(least, 0 if regular else 2 * len(self.time))) + 2
+        if count > _POINTS:
+            raise InvalidInput(
+                f"the orbit is so eccentric that {count:.2g} points hold its {roughly:.3g} revolutions; "
+                f"{self.what} takes {_POINTS:.0e} at most; expected a shorter run"
+            )
+        path, miss = follow.along(samples, self._mu, np.linspace(self.time[0], self.time[-1], count))
+        if miss.max() > _MISS:
+            k = int(miss.argmax())
+            raise InvalidInput(
+                f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])} the orbit changes "
+                f"by {miss[k]:.2g} of the distance; {self.what} needs less than {_MISS:g} ({self.closer()})"
+            )
+        return path
+
+    def _check_directions(self) -> None:
+        """Refuse samples that are far apart where no orbit tells what is between them."""
+        speed = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
+        cosine = np.sum(self.r[1:] * self.r[:-1], axis=1)
+        sine = np.linalg.norm(np.cross(self.r[1:], self.r[:-1]), axis=1)
+        fastest = np.maximum(speed[1:], speed[:-1]) * np.abs(np.diff(self.time))
+        turned = np.maximum(np.arctan2(sine, cosine), fastest)
+        if turned.max() > _TURN:
+            k = int(turned.argmax())
+            raise InvalidInput(
+                f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])} the direction of "
+                f"{self.name} turns by about {turned[k]:.2g} rad, and its motion is not near to a Kepler orbit; "
+                f"{self.what} needs less than {_TURN:g} ({self.closer(2 * turned[k] / _TURN)})"
+            )
+
+    def at(self, moments: _Array) -> follow.Path:
+        """The motion at moments of the run."""
+        return follow.along(self._samples, self._mu, moments)[0]
+
+    def halved(self) -> follow.Path:
+        """The path as every second sample tells it."""
+        kept = np.union1d(np.arange(0, len(self.time), 2), len(self.time) - 1)
+        samples = follow.Path(*(values[kept] for values in self._samples))
+        return follow.along(samples, self._mu, self.path.time)[0]
 
     @property
+    def _samples(self) -> follow.Path:
+        return follow.Path(self.time, self.r, self.v)
+
+    @cached_property
+    def _mu(self) -> float:
+        return follow.fitting_mu(self._samples)
+
+    @cached_property
+    def _periods(self) -> _Array:
+        """Of the Kepler orbits that the samples are on (K,)."""
+        return follow.periods(self._samples, self._mu)
+
+    @property
+    def _orbits(self) -> bool:
+        """Whether the motion is near to one Kepler orbit: some other body may be what it is about."""
+        return bool(np.isfinite(self._periods).all() and self._periods.max() < 2 * self._periods.min())
+
+    @property
+    def _apart(self) -> _Array:
+        """How many revolutions are between samples (K - 1,)."""
+        periods = self._periods
+        return np.asarray(np.abs(np.diff(self.time)) / np.minimum(periods[1:], periods[:-1]))
+
+    def closer(self, by: float = 2.0) -> str:
+        """What spacing to ask for instead: a tenth of the period, or the present one divided by a number."""
+        spacing = float(np.abs(np.diff(self.time)).max()) / by
+        if self._orbits:
+            spacing = min(spacing, float(np.median(self._periods)) / 10)
+        return f"output= {self.span(float(f'{spacing:.2g}'))} or less"
+
+    @cached_property
     def turns(self) -> float:
         """How many revolutions the run covers."""
         angle = self.longitude[0]
         return float(abs(angle[-1] - angle[0]) / (2 * np.pi))
 
-    def _check_revolutions(self, what: str, least: int) -> None:
+    def _check_revolutions(self, least: int) -> None:
+        parts = self._apart
+        if self._orbits and parts.max() >= _APART:
+            first = int(np.argmax(parts >= _APART))
+            self._refuse_sparse(first, parts[first])
         angle, rate = self.longitude
         # What the rates at both ends make of it: half a turn aside, and the angle has been unwrapped wrongly.
-        by_rate = (rate[1:] + rate[:-1]) / 2 * np.diff(self.time)
-        lost = np.round((by_rate - np.diff(angle)) / (2 * np.pi))
+        time, r, v = self.path
+        lost = np.abs((rate[1:] + rate[:-1]) / 2 * np.diff(time) - np.diff(angle)) > np.pi
         if lost.any():
-            first = int(np.argmax(lost != 0))
-            own = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
-            if (own[first] + own[first + 1]) / 2 * abs(self.time[first + 1] - self.time[first]) < np.pi:
-                raise InvalidInput(
-                    f"the plane of the orbit turns so far from its mean in the run that {what} has no longitude to "
-                    "count by; expected a shorter run"
-                )
-            turns = abs(np.diff(angle)[first] / (2 * np.pi) + lost[first])
-            ends = [self.units.attach(self.time[k], "time") for k in (first, first + 1)]
+            first = int(np.argmax(lost))
+            own = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)
+            turned = float(own[first] + own[first + 1]) / 2 * abs(time[first + 1] - time[first])
+            if turned >= np.pi:
+                self._refuse_sparse(first, turned / (2 * np.pi))
             raise InvalidInput(
-                f"between its samples at {ends[0]} and {ends[1]} the run makes about {turns:.2g} "
-                f"revolutions; {what} needs several samples in each (output= a "
-                "tenth of the period or less, and less in an eccentric orbit)"
+                f"the plane of the orbit turns so far from its mean in the run that {self.what} has no longitude to "
+                "count by; expected a shorter run"
             )
         if self.turns < least:
-            raise InvalidInput(f"the run covers {self.turns:.3g} revolutions; {what} needs {least} or more")
+            raise InvalidInput(f"the run covers {self.turns:.3g} revolutions; {self.what} needs {least} or more")
+
+    def _refuse_sparse(self, first: int, revolutions: float) -> NoReturn:
+        raise InvalidInput(
+            f"between its samples at {self.span(self.time[first])} and {self.span(self.time[first + 1])} the run makes "
+            f"about {revolutions:.2g} revolutions; {self.what} needs several samples in each ({self.closer()})"
+        )
 
     def check_rotation(self, speed: _Array, most: float, what: str) -> None:
         """Refuse samples between which a direction or a frame may turn by more than an angle, at its speeds (K,)."""
@@ -137,14 +230,33 @@ class View:
 
     def mean_rate(self, values: _Array) -> float:
         """The slope of what changes with every revolution."""
-        return signal.slope(self.time, values, power=3 if self.turns >= WINDOWED else 1)
+        return signal.slope(self.time, values, self._power)
+
+    @property
+    def _power(self) -> int:
+        return 3 if self.turns >= WINDOWED else 1
 
     @cached_property
     def longitude(self) -> tuple[_Array, _Array]:
+        """The longitude along the path, and its rate."""
+        return self.longitude_of(self.path)
+
+    def longitude_of(self, path: follow.Path) -> tuple[_Array, _Array]:
         """The longitude in the mean orbital plane without jumps, and its rate."""
         x, y = across(mean(self.normal))
-        a, b, da, db = self.r @ x, self.r @ y, self.v @ x, self.v @ y
+        a, b, da, db = path.r @ x, path.r @ y, path.v @ x, path.v @ y
         return signal.unwrapped(np.arctan2(b, a)), (a * db - b * da) / (a * a + b * b)
+
+    def longitude_at_samples(self) -> _Array:
+        """The longitude (K,), of the same turns as that along the path."""
+        order = np.argsort(self.path.time)
+        near = np.interp(self.time, self.path.time[order], self.longitude[0][order])
+        angle = self.longitude_of(self._samples)[0]
+        return np.asarray(angle + 2 * np.pi * np.round((near - angle) / (2 * np.pi)))
+
+    def mean_motion(self, path: follow.Path) -> float:
+        """The slope of the longitude."""
+        return abs(signal.slope(path.time, self.longitude_of(path)[0], self._power))
 
     def turning(self, poles: _Array, axis: Any) -> tuple[float | None, _Array]:
         """The mean rate at which directions go about an axis, and their angles from it.

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._records import Record
 from ..elements import KeplerElements
+from ..errors import InvalidInput
 from . import _signal as signal
+from ._follow import Path
 from ._view import REVOLUTIONS, WINDOWED, View
 
 if TYPE_CHECKING:
@@ -17,9 +20,12 @@ if TYPE_CHECKING:
 
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
+_Array = npt.NDArray[np.float64]
 #: Terms of the distance that are looked at, how near to the mean motion the periapsis' is, and the size relative to the
 #: distance below which a run has no periapsis but by its own errors.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
+#: Two apsidal rates agree within this part of them and within this part of a turn over the run.
+_AGREE, _TURNED = 0.02, 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,7 +120,7 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions.
+        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -178,7 +184,7 @@ def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> Mut
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions.
+        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -189,24 +195,40 @@ def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> Mut
     17.1
     """
     view = View(run, body, about, 8, "a mutual period", REVOLUTIONS)
+    passages = _passages(view)
+    turns = len(passages) - 1
+    ends = passages[1:]
+    period = np.diff(passages)
+    drift = float("nan")
+    if turns >= 3:
+        drift = signal.slope(ends, period)
+    mean = 2 * np.pi / view.mean_motion(view.path) if turns >= WINDOWED else period.mean()
+    return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
+
+
+def _passages(view: View) -> _Array:
+    """When the direction at the earliest time is passed, that time first."""
     longitude, rate = view.longitude
-    order = np.argsort(view.time)
-    t, angle, rate = view.time[order], longitude[order], rate[order]
-    angle = angle - angle[0]
-    spline = signal.scipy_module("interpolate").CubicHermiteSpline(t, angle, rate)
+    order = np.argsort(view.path.time)
+    t, angle, rate = view.path.time[order], longitude[order], rate[order]
+    start = angle[0]
+    angle = np.sign(rate.mean()) * (angle - start)
+    spline = signal.scipy_module("interpolate").CubicHermiteSpline(t, angle, np.sign(rate.mean()) * rate)
     solve = signal.scipy_module("optimize").brentq
     passages = [t[0]]
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
         after = int(np.argmax(angle >= target))
         passages.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
-    turns = len(passages) - 1
-    ends = np.array(passages[1:])
-    period = np.diff(passages)
-    drift = float("nan")
-    if turns >= 3:
-        drift = signal.slope(ends, period)
-    mean = 2 * np.pi / abs(view.mean_rate(longitude)) if turns >= WINDOWED else period.mean()
-    return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
+    return _sharpened(view, np.array(passages), start)
+
+
+def _sharpened(view: View, passages: _Array, start: float) -> _Array:
+    """Passages of a longitude, after Newton's method along the Kepler orbits: a spline misses what is eccentric."""
+    for _ in range(3):
+        angle, rate = view.longitude_of(view.at(passages))
+        missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
+        passages = passages - missed / rate
+    return passages
 
 
 def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
@@ -234,7 +256,8 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
     Raises
     ------
     InvalidInput
-        For a run of less than five revolutions.
+        For a run of less than five revolutions; and for samples too far apart: the apsidal rate by every second of them
+        has to agree with that by all, to a fiftieth of it or a ten-thousandth of a turn over the run.
 
     Notes
     -----
@@ -253,8 +276,9 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
     True
     """
     view = View(run, body, about, 16, "precession", WINDOWED)
-    sidereal = abs(view.mean_rate(view.longitude[0]))
-    radial = _radial(view, sidereal)
+    sidereal, radial = _motions(view, view.path)
+    if radial is not None:
+        _check_halved(view, sidereal - radial)
     nodal, inclination = view.turning(view.normal, axis)
     return Precession(
         None if radial is None else view.rate(np.float64(sidereal - radial)),
@@ -265,15 +289,28 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
     )
 
 
-def _radial(view: View, sidereal: float) -> float | None:
-    """The frequency at which periapsis recurs, where there is one."""
-    distance = np.linalg.norm(view.r, axis=1)
-    terms = zip(*signal.lines(view.time, distance, _TERMS), strict=True)
+def _motions(view: View, path: Path) -> tuple[float, float | None]:
+    """The mean motion, and the frequency at which periapsis recurs, where there is one."""
+    sidereal = view.mean_motion(path)
+    distance = np.linalg.norm(path.r, axis=1)
+    terms = zip(*signal.lines(path.time, distance, _TERMS), strict=True)
     near = sorted(
         ((size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR), key=lambda t: -t[0]
     )
     if not near or near[0][0] < _ROUND * distance.mean():
-        return None
+        return sidereal, None
     if len(near) > 1 and near[1][0] > near[0][0] / 2:
-        return None
-    return near[0][1]
+        return sidereal, None
+    return sidereal, near[0][1]
+
+
+def _check_halved(view: View, apsidal: float) -> None:
+    """Refuse samples of which every second one tells another precession."""
+    sidereal, radial = _motions(view, view.halved())
+    allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(view.time[-1] - view.time[0])
+    if radial is None or abs(sidereal - radial - apsidal) > allowed:
+        found = "none" if radial is None else f"{view.rate(np.float64(sidereal - radial)):.4g}"
+        raise InvalidInput(
+            f"the apsidal rate is {view.rate(np.float64(apsidal)):.4g} by all samples, but {found} by every second "
+            f"one; precession needs samples closer together ({view.closer()})"
+        )

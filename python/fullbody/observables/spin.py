@@ -226,10 +226,11 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
     view.check_rotation(np.linalg.norm(np.cross(view.relative_spin, axis), axis=1), np.pi / 2, "a libration")
     angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
-    swing = float(np.ptp(angle) / 2)
+    fine = _between(view, angle)
+    swing = float(np.ptp(fine) / 2)
     if swing > np.pi / 2:
         return Libration(view.span(view.time), view.angle(angle), None, view.rate(np.zeros(0)), view.angle(np.zeros(0)))
-    frequencies, amplitudes = signal.lines(view.time, angle, count)
+    frequencies, amplitudes = signal.lines(view.path.time, fine, count)
     return Libration(
         view.span(view.time),
         view.angle(angle),
@@ -237,6 +238,20 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
         view.rate(frequencies),
         view.angle(amplitudes),
     )
+
+
+def _between(view: View, angle: _Array) -> _Array:
+    """An angle from the line to the other body, along the path.
+
+    A spline through the angle and the longitude together, which is smooth: what an eccentric orbit adds is the line's.
+    """
+    if view.path.time is view.time:
+        return angle
+    spline = signal.scipy_module("interpolate").CubicSpline
+    order = np.argsort(view.time)
+    together = angle + view.longitude_at_samples()
+    found: _Array = spline(view.time[order], together[order])(view.path.time) - view.longitude[0]
+    return found
 
 
 def _orbit_frame(view: View) -> _Array:

@@ -37,6 +37,11 @@ class Plots:
     def __init__(self, run: Run) -> None:
         self._run = run
 
+    def __eq__(self, other: object) -> bool:
+        return self._run == other._run if isinstance(other, Plots) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Any:
         """One page: orbit, elements, spins, angles, conservation.
 
@@ -49,6 +54,7 @@ class Plots:
         Returns
         -------
         matplotlib.figure.Figure
+            Where the motion is along a line, with a note in the place of the elements, of which it has none.
         """
         from .summary import summary
 

@@ -34,6 +34,9 @@ _TURNS_AS_LINE = 25
 #: A change from sample to sample that is a full turn, or the half turn of phi and psi at theta = 90 degrees.
 _JUMP = 170.0
 
+#: Between ticks of angles, in degrees: parts of a turn, and whole ones for hyperbolic anomalies.
+_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, *(360.0 * m * 10.0**k for k in range(12) for m in (1, 2, 3, 5)))
+
 #: Names longer than this would run into what stands beside them.
 _NAME = 12
 
@@ -46,11 +49,14 @@ def matplotlib(module: str = "pyplot") -> Any:
 
 def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
     """The style of the index-th line, the caller's wishes on top."""
-    style = {"linewidth": 1.2, **LINES[index % len(LINES)]}
-    for short, long in (("c", "color"), ("ls", "linestyle"), ("lw", "linewidth")):
-        if short in kwargs:
-            style.pop(long)
-    return {**style, **kwargs}
+    return {"linewidth": 1.2, **LINES[index % len(LINES)], **kwargs}
+
+
+def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, Any]:
+    """The caller's options under their long names: matplotlib takes no option under two."""
+    module, _, kind = artist.rpartition(".")
+    named: dict[str, Any] = matplotlib("cbook").normalize_kwargs(kwargs, getattr(matplotlib(module), kind))
+    return named
 
 
 def unit(run: Run, dimension: str) -> str:
@@ -68,6 +74,16 @@ def label(run: Run, text: str, dimension: str) -> str:
 def short(name: str) -> str:
     """A body's name, cut where it is long."""
     return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
+
+
+def called(run: Run, body: int) -> str:
+    """A body's name for a picture; a dollar would begin a formula."""
+    return plain(short(run.system.names[body]))
+
+
+def plain(text: str) -> str:
+    """Text that matplotlib shows as it is."""
+    return text.replace("$", r"\$")
 
 
 def joined(run: Run) -> str:
@@ -119,13 +135,13 @@ def steady(ax: Any, scale: float = 0.0) -> None:
 
 
 def degrees(ax: Any) -> None:
-    """Ticks of a y-axis of angles: quarters and twelfths of a turn, and tens below them."""
+    """Ticks of a y-axis of angles: parts of a turn, tens of degrees below them, whole turns above."""
     ticker = matplotlib("ticker")
 
     class Locator(ticker.MaxNLocator):  # type: ignore[misc, name-defined]
         def tick_values(self, low: float, high: float) -> Any:
-            for step in (15.0, 30.0, 45.0, 90.0, 180.0):
-                if 2.5 * step < high - low <= 5.0 * step or (step == 180.0 and high - low > 900.0):
+            for step in _STEPS:
+                if 2.5 * step < high - low <= 5.0 * step:
                     return step * np.arange(np.floor(low / step), np.ceil(high / step) + 1)
             return super().tick_values(low, high)
 
@@ -135,9 +151,11 @@ def degrees(ax: Any) -> None:
 def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
     """Draw an angle of any branch: no stroke across the jump of a full turn, dots where it goes round very often."""
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
+    # One of several turns, a hyperbola's anomaly, has no branches.
+    jumps = jumps[:0] if np.ptp(degrees) > 360.0 else jumps
     if len(jumps) > _TURNS_AS_LINE:
         dots = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        kept = {key: value for key, value in style.items() if key not in ("linestyle", "ls")}
+        kept = {key: value for key, value in style.items() if key != "linestyle"}
         return ax.plot(time, degrees, **{**dots, **kept})[0]
     return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
 
@@ -149,7 +167,7 @@ def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tupl
         options = {"figsize": size, "sharex": True, "squeeze": False, "layout": "constrained"}
         grid_of_axes = matplotlib().subplots(rows, columns, **options)[1]
         return list(grid_of_axes.flat), grid_of_axes.reshape(shape)
-    flat = list(np.asarray(axes, dtype=object).flat)
+    flat = [check_axes(ax, "one of axes") for ax in np.asarray(axes, dtype=object).flat]
     if len(flat) != int(np.prod(shape)):
         raise InvalidInput(f"axes has {len(flat)} axes; expected {int(np.prod(shape))}")
     return flat, axes
@@ -158,8 +176,16 @@ def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tupl
 def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     """The caller's axes, or new ones."""
     if ax is not None:
-        return ax
+        return check_axes(ax, "ax")
     return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
+
+
+def check_axes(ax: Any, what: str, projection: str = "") -> Any:
+    """Refuse what is no axes of matplotlib's, and axes in 3D for a plot in 2D or the other way round."""
+    if not isinstance(ax, matplotlib("axes").Axes) or (ax.name == "3d") != (projection == "3d"):
+        kind = "matplotlib axes in 3D (projection='3d')" if projection else "matplotlib axes in 2D"
+        raise InvalidInput(f"{what} is {ax!r}; expected {kind}")
+    return ax
 
 
 def check_body(run: Run, index: int, what: str) -> int:

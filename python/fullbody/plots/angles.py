@@ -9,6 +9,7 @@ import numpy as np
 
 from ._style import (
     attitudes_of,
+    called,
     check_samples,
     chosen,
     degrees,
@@ -17,8 +18,8 @@ from ._style import (
     legend,
     line,
     panels,
-    short,
     time_label,
+    wishes,
 )
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.angles`."""
     check_samples(run)
-    places = chosen(run, bodies)
+    places, kwargs = chosen(run, bodies), wishes(kwargs)
     flat, result = panels(axes, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
     time = run._record["time"]
     for row, body in enumerate(places):
@@ -40,7 +41,7 @@ def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs
             for column in columns:
                 draw_angle(ax, time, values[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
             ax.set_ylabel(", ".join(_SYMBOLS[c] for c in columns) + " [deg]")
-            ax.set_title(short(run.system.names[body]), fontsize="medium", loc="left")
+            ax.set_title(called(run, body), fontsize="medium", loc="left")
             degrees(ax)
             grid(ax)
             legend(ax)

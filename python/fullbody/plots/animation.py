@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,7 +75,7 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
     else:
         # Even numbers of dots and this layout of colours are what players of MP4 expect.
         writer = animation.FFMpegWriter(fps=fps, codec="h264", extra_args=["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
-    with replacing(path) as temporary:
+    with _failing_by_name(path), replacing(path) as temporary:
         with writer.saving(figure, str(temporary), dpi):
             for time, centre, attitude in zip(times, centres, attitudes, strict=True):
                 artists: list[Any] = []
@@ -85,6 +88,18 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
         if kind == ".html":
             temporary.write_text(_offline(temporary.read_text(encoding="utf-8")), encoding="utf-8")
     return Path(path)
+
+
+@contextmanager
+def _failing_by_name(path: Path) -> Iterator[None]:
+    """A context in which ffmpeg's failing is an error of the file that was asked for."""
+    try:
+        yield
+    except CalledProcessError as error:
+        told = str(error.stderr or "").strip().splitlines() or [f"status {error.returncode}"]
+        # Its words are about the file that is there while it works.
+        words = re.sub(r"\S*\.[0-9a-f]{32}\.part\.mp4", str(path).replace("\\", r"\\"), "; ".join(told[-2:]))
+        raise OSError(f"{path} cannot be written; ffmpeg ended with: {words}") from error
 
 
 def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:

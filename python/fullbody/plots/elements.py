@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import check_body, check_samples, degrees, draw_angle, grid, label, line, panels, steady, time_label
+from ._style import (
+    check_body,
+    check_samples,
+    degrees,
+    draw_angle,
+    grid,
+    label,
+    line,
+    panels,
+    steady,
+    time_label,
+    wishes,
+)
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -42,7 +54,7 @@ def elements(
     time = run._record["time"]
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
         value = np.asarray(getattr(getattr(values, name), "value", getattr(values, name)))
-        style = line(0, kwargs)
+        style = line(0, wishes(kwargs))
         if name == "a":
             ax.plot(time, value, **style)
             ax.set_ylabel(label(run, symbol, "length"))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import check_samples, grid, legend, line, single, time_label
+from ._style import check_samples, grid, legend, line, single, time_label, wishes
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -18,7 +18,7 @@ _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
 def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.energy`."""
     check_samples(run)
-    ax = single(ax, (7.0, 3.2))
+    ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
     time = run._record["time"]
     # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -11,6 +11,7 @@ from ._style import (
     LINES,
     Array,
     attitudes_of,
+    called,
     check_body,
     check_samples,
     grid,
@@ -18,8 +19,8 @@ from ._style import (
     legend,
     line,
     semi_axes,
-    short,
     single,
+    wishes,
 )
 
 if TYPE_CHECKING:
@@ -37,17 +38,17 @@ def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs
     ax = single(ax, (5.5, 5.0))
     across, up = _PLANES[plane]
     position = run._record["position"]
-    names = run.system.names
-    for place, body in enumerate(k for k in range(len(names)) if k != primary):
+    count, kwargs = len(run.system), wishes(kwargs)
+    for place, body in enumerate(k for k in range(count) if k != primary):
         path = position[:, body] - position[:, primary]
-        style = line(place, {"linewidth": 0.9, "label": short(names[body]), **kwargs})
+        style = line(place, {"linewidth": 0.9, "label": called(run, body), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     if shapes:
-        for body in range(len(names)):
+        for body in range(count):
             end = (position[-1, body] - position[-1, primary])[[across, up]]
             _outline(ax, run, body, end, [across, up])
     ax.set_aspect("equal", adjustable="datalim")
-    about = f"from {short(names[primary])}"
+    about = f"from {called(run, primary)}"
     ax.set_xlabel(label(run, f"{plane[0]} {about}", "length"))
     ax.set_ylabel(label(run, f"{plane[1]} {about}", "length"))
     grid(ax)

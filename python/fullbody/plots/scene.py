@@ -6,7 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import LINES, Array, attitudes, check_samples, label, line, matplotlib, semi_axes, short, unit
+from ._style import (
+    LINES,
+    Array,
+    attitudes,
+    called,
+    check_axes,
+    check_samples,
+    label,
+    line,
+    matplotlib,
+    semi_axes,
+    unit,
+    wishes,
+)
 from .between import at, moment, track
 
 if TYPE_CHECKING:
@@ -23,15 +36,18 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     if ax is None:
         # Labels of a box in 3D stand outside its axes: leave them room.
         ax = matplotlib().figure(figsize=(7.0, 5.2)).add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
+    else:
+        check_axes(ax, "ax", "3d")
     now = moment(run, time)
     centres, attitude = (values[0] for values in at(run, np.array([now])))
     paths = at(run, track(run, now))[0]
-    names = [short(name) for name in run.system.names]
+    names = [called(run, body) for body in range(len(run.system))]
+    surface = _surface(kwargs)
     for body, name in enumerate(names):
         if path:
             style = line(body, {"color": "0.45", "linewidth": 0.8})
             ax.plot(*paths[:, body].T, **style)
-        draw_body(ax, run, body, centres[body], attitude[body], name, kwargs)
+        draw_body(ax, run, body, centres[body], attitude[body], name, surface)
     whole = at(run, track(run, moment(run, None)))[0]
     frame(ax, run, np.concatenate([whole, centres[None]]))
     title(ax, run, f"{now:.6g}")
@@ -48,6 +64,14 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
         handlelength=2.6,
     )
     return ax
+
+
+def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
+    """The caller's options of a surface under the names of its own style."""
+    # Of a surface these are another thing than the colour of all faces: an array of colours.
+    kept = {name: value for name, value in kwargs.items() if name == "facecolors"}
+    rest = {name: value for name, value in kwargs.items() if name not in kept}
+    return {**wishes(rest, "collections.PolyCollection"), **kept}
 
 
 def title(ax: Any, run: Run, time: str) -> None:

@@ -8,7 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ._style import attitudes_of, check_samples, chosen, grid, label, legend, line, panels, short, steady, time_label
+from ._style import (
+    attitudes_of,
+    called,
+    check_samples,
+    chosen,
+    grid,
+    label,
+    legend,
+    line,
+    panels,
+    steady,
+    time_label,
+    wishes,
+)
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -19,7 +32,7 @@ def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: st
     if frame not in ("body", "inertial"):
         raise InvalidInput(f"frame is {frame!r}; expected 'body' or 'inertial'")
     check_samples(run)
-    places = chosen(run, bodies)
+    places, kwargs = chosen(run, bodies), wishes(kwargs)
     flat, result = panels(axes, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
     time = run._record["time"]
     for body, ax in zip(places, flat, strict=True):
@@ -29,7 +42,7 @@ def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: st
         for component, letter in enumerate("xyz"):
             ax.plot(time, spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
         ax.set_ylabel(label(run, "spin", "spin"))
-        ax.set_title(f"{short(run.system.names[body])}, {frame} frame", fontsize="medium", loc="left")
+        ax.set_title(f"{called(run, body)}, {frame} frame", fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
         steady(ax)
         grid(ax)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from ._style import check_samples, joined, matplotlib
+from ..errors import InvalidInput
+from ._style import check_body, check_samples, joined, matplotlib, plain
 from .angles import angles
 from .elements import elements
 from .energy import energy
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
     """See :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
+    if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
+        raise InvalidInput(f"figure is {figure!r}; expected a matplotlib Figure or SubFigure")
     count = len(run.system)
     pair = count > 1
     if figure is None:
@@ -30,7 +34,15 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
         orbit(run, left.subplots(), primary=primary, plane="xy", shapes=True)
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
-        elements(run, panels, mu=None, primary=primary, secondary=secondary, names=names)
+        primary, secondary = check_body(run, primary, "primary"), check_body(run, secondary, "secondary")
+        run.system.mu(primary, secondary)
+        try:
+            elements(run, panels, mu=None, primary=primary, secondary=secondary, names=names)
+        except InvalidInput as error:
+            # Such as motion along a line.
+            for ax in panels:
+                ax.remove()
+            right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
     left, right = rows[0].subfigures(1, 2, width_ratios=(1.0, 1.4))
     spins(run, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0], frame="body")
     angles(run, right.subplots(count, 2, sharex=True, squeeze=False))
@@ -38,7 +50,7 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
     figure.align_ylabels()
     options, s = run.system.options, run.statistics
     figure.suptitle(
-        f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
+        f"{plain(joined(run))}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
         f"{s.steps} steps, {len(run)} samples",
         fontsize="medium",
     )

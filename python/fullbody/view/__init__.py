@@ -64,6 +64,13 @@ class View:
         }
         self._moments = len(times)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, View):
+            return NotImplemented
+        return self._data == other._data and self._height == other._height
+
+    __hash__ = None  # type: ignore[assignment]
+
     def to_html(self) -> str:
         """The page."""
         page = resources.files(__package__).joinpath("page.html").read_text(encoding="utf-8")

@@ -29,6 +29,12 @@ def test_pandas_without_units_and_names(triple_run):
     assert frame.attrs["units"] == {}
 
 
+def test_pandas_without_samples(kw4_run):
+    empty = kw4_run[:0].to_pandas()
+    assert empty.shape == (0, 2 * 13 + 4 + 3)
+    assert empty.columns.equals(kw4_run.to_pandas().columns)
+
+
 def test_xarray_and_pandas_agree(case1_run):
     dataset, frame = case1_run.to_xarray(), case1_run.to_pandas()
     assert np.array_equal(dataset["spin"].sel(body="B", axis="x"), frame["spin", "B", "x"])

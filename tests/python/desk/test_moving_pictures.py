@@ -63,6 +63,26 @@ def test_mp4_without_ffmpeg_says_what_to_do(short_run, tmp_path, monkeypatch):
         short_run.animate(tmp_path / "film.mp4")
 
 
+def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeypatch):
+    import matplotlib
+
+    program = tmp_path / "ffmpeg"
+    # Half a film, and the words of the real one.
+    program.write_text(
+        "#!/bin/sh\n"
+        'for last; do :; done\nhead -c 1000 > "$last"\n'
+        'echo "Error writing trailer of $last: No space left on device" >&2\nexit 228\n'
+    )
+    program.chmod(0o755)
+    monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(program))
+    path = tmp_path / "film.mp4"
+    with pytest.raises(OSError, match=r"cannot be written; ffmpeg ended with: .*No space left on device") as caught:
+        short_run.animate(path, **SMALL)
+    assert str(caught.value).count(str(path)) == 2
+    assert ".part" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == [program]
+
+
 def test_bad_requests_for_films_are_named(short_run, tmp_path):
     with pytest.raises(fullbody.InvalidInput, match=r"ends in one of \.mp4, \.gif, \.html"):
         short_run.animate(tmp_path / "film.avi")

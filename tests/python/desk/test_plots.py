@@ -6,7 +6,9 @@ import fullbody
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from astropy import units as u
 from fullbody.plots.between import at
+from matplotlib.text import Text
 
 
 def drawn(line):
@@ -106,11 +108,23 @@ def test_elements_are_the_runs(kw4_run):
     assert axes[2, 0].get_xlabel() == "time [h]"
 
 
+#: The anomaly of a hyperbola goes on and on; five or fewer whole turns of whole numbers of them.
+MANY_TURNS = ((0, 1000, 360), (-2000, 2000, 1080), (0, 30000, 7200), (-5e6, 5e6, 3.6e6))
+
+
 def test_ticks_of_angles_are_parts_of_a_turn():
     """Of any stretch a handful: multiples of 90 degrees of a full turn, of 10 of a small one."""
     from fullbody.plots._style import degrees
 
-    for low, high, step in ((0, 360, 90), (-180, 180, 90), (-90, 90, 45), (0, 90, 30), (40, 95, 15), (0, 8, 2)):
+    for low, high, step in (
+        (0, 360, 90),
+        (-180, 180, 90),
+        (-90, 90, 45),
+        (0, 90, 30),
+        (40, 95, 15),
+        (0, 8, 2),
+        *MANY_TURNS,
+    ):
         ax = plt.figure().add_subplot()
         ax.plot([0, 1], [low, high])
         degrees(ax)
@@ -342,6 +356,81 @@ def test_level_curves_are_shown_as_level(case1_run):
     """Case 1 stays in its plane: the inclination's ticks do not count digits of 180 degrees."""
     low, high = case1_run.plot.elements()[1, 0].get_ylim()
     assert high - low > 1.0
+
+
+@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "energy"])
+def test_options_have_matplotlibs_short_names_too(kw4_run, name):
+    for options in ({"lw": 3.5}, {"linewidth": 3.5}):
+        for ax in np.ravel(getattr(kw4_run.plot, name)(ls=":", c="red", mec="blue", **options)):
+            lines = [line for line in ax.lines if line.get_marker() == "None"]
+            assert all(line.get_linewidth() == 3.5 and line.get_color() == "red" for line in lines)
+            assert all(line.get_markeredgecolor() == "blue" for line in ax.lines if line.get_color() == "red")
+    assert kw4_run.plot.scene(lw=2.5, ec="red").collections[0].get_linewidth()[0] == 2.5
+
+
+def test_what_is_no_axes_or_figure_is_refused(kw4_run):
+    flat, deep = plt.figure().add_subplot(), plt.figure().add_subplot(projection="3d")
+    for call in (
+        lambda: kw4_run.plot.orbit(3),
+        lambda: kw4_run.plot.orbit(deep),
+        lambda: kw4_run.plot.energy("axes"),
+        lambda: kw4_run.plot.spins([flat, 3]),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=r"(ax|one of axes) is .*; expected matplotlib axes in 2D"):
+            call()
+    for ax in (flat, 3):
+        with pytest.raises(fullbody.InvalidInput, match=r"ax is .*; expected matplotlib axes in 3D"):
+            kw4_run.plot.scene(3.0 * u.hour, ax=ax)
+    for figure in (3, flat):
+        with pytest.raises(fullbody.InvalidInput, match=r"figure is .*; expected a matplotlib Figure or SubFigure"):
+            kw4_run.plot(figure=figure)
+
+
+def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():
+    """M = n t, n = sqrt(mu/|a|^3) = 1, sampled every 400 degrees."""
+    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-12)]
+    r, v = fullbody.KeplerElements(-1.0, 3.0, 0.1, 0.2, 0.3, np.deg2rad(-2000.0)).to_cartesian(1.0 + 1e-12)
+    system = fullbody.System(points, G=1.0)
+    run = system.integrate(fullbody.State([0 * r, r], [0 * v, v]), np.deg2rad(4000.0), output=np.deg2rad(400.0))
+    ax = run.plot.elements()[2, 1]
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), np.arange(-2000, 2001, 400), atol=1e-6)
+    assert 4 <= len(ax.get_yticks()) <= 7
+    assert not overlapping(ax.figure)
+
+
+@pytest.mark.parametrize("name", [r"$\frac{", "a_b^$x", "$x$"])
+def test_names_are_shown_as_they_are(name):
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=n) for n in (name, "$")]
+    state = fullbody.State([[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 0.4, 0]])
+    run = fullbody.System(bodies, G=1.0).integrate(state, 5.0, output=1.0)
+    figure = run.plot()
+    scene = run.plot.scene()
+    for drawn_figure in (figure, scene.figure):
+        drawn_figure.draw_without_rendering()
+    # Preprocessed as matplotlib does before it draws: the text itself, and no formula.
+    titles = [ax._left_title._preprocess_math(ax._left_title.get_text()) for ax in figure.axes]
+    assert {(name, False), ("$", False), (f"{name}, body frame", False)} <= set(titles)
+    title = figure._suptitle
+    assert title._preprocess_math(title.get_text())[0].startswith(f"{name} and $: ")
+    shown = [text._preprocess_math(text.get_text()) for text in scene.get_legend().get_texts()[:2]]
+    assert shown == [(name, False), ("$", False)]
+
+
+def test_motion_along_a_line_is_drawn_without_elements():
+    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 0.1)]
+    state = fullbody.State([[0, 0, 0], [10, 0, 0]], [[0, 0, 0], [0.1, 0, 0]])
+    run = fullbody.System(points, G=1.0).integrate(state, 10.0, output=0.5)
+    figure = run.plot()
+    notes = [text.get_text().replace("\n", " ") for text in figure.findobj(Text) if "element" in text.get_text()]
+    assert len(notes) == 1
+    assert "no elements: " in notes[0]
+    assert "motion along a straight line has no Kepler elements" in notes[0]
+    assert len(figure.axes) == 8
+    assert np.array_equal(figure.axes[0].lines[0].get_xdata(), run.position[:, 1, 0] - run.position[:, 0, 0])
+    assert not overlapping(figure)
+    assert not cut(figure)
+    with pytest.raises(fullbody.InvalidInput, match="both body 0; expected two bodies"):
+        run.plot(primary=0, secondary=0)
 
 
 def test_bad_requests_are_named(kw4_run):

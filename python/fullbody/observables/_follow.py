@@ -1,0 +1,87 @@
+"""An orbit between its samples: along Kepler orbits, so that few samples hold all harmonics of an eccentric one."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+__all__ = ["Path", "along", "fitting_mu", "harmonics", "periods"]
+
+_Array = npt.NDArray[np.float64]
+#: Points in a revolution that even a circular orbit is to have, and the powers of e that harmonics are to fall by.
+_LEAST, _FALL = 16, 16.0
+
+
+class Path(NamedTuple):
+    """Times (K,), positions and velocities (K, 3)."""
+
+    time: _Array
+    r: _Array
+    v: _Array
+
+
+def fitting_mu(path: Path) -> float:
+    """The mu whose Kepler orbits fit the samples best, so that a circle about an oblate body is one of them.
+
+    v x (r x v) = mu (r/|r| + e) with a constant vector e, by least squares; for motion that fits none, the middle one
+    of those for which the samples would be on circles.
+    """
+    distance = np.linalg.norm(path.r, axis=1)
+    direction = path.r / distance[:, None]
+    turned = np.cross(path.v, np.cross(path.r, path.v))
+    turned -= turned.mean(axis=0)
+    fit = float(np.sum(turned * (direction - direction.mean(axis=0))))
+    return float(np.sum(turned**2) / fit if fit > 0.0 else np.median(np.sum(path.v**2, axis=1) * distance))
+
+
+def periods(path: Path, mu: float) -> _Array:
+    """Of the osculating orbits (K,); infinite where they are open."""
+    energy = np.sum(path.v**2, axis=1) / 2 - mu / np.linalg.norm(path.r, axis=1)
+    size = np.where(energy < 0.0, -mu / 2 / np.where(energy < 0.0, energy, -1.0), np.inf)
+    return np.asarray(2 * np.pi * np.sqrt(size**3 / mu))
+
+
+def harmonics(path: Path, mu: float) -> float:
+    """How many points in a revolution hold what the most eccentric of the osculating ellipses has.
+
+    The k-th harmonic of an ellipse falls as exp(-k (artanh s - s)) with s = sqrt(1 - e^2) (Watson 1944, Theory of
+    Bessel Functions, Sec. 8.4).
+    """
+    e = _core.cartesian_to_elements(path.r, path.v, mu)[:, 1]
+    s = np.sqrt(1.0 - np.clip(e, 1e-3, 1.0 - 1e-9).max() ** 2)
+    return max(float(_LEAST), _FALL / float(np.arctanh(s) - s))
+
+
+def along(path: Path, mu: float, moments: _Array) -> tuple[Path, _Array]:
+    """The path at moments in it, and by how much (K - 1,) each sample's Kepler orbit misses the next, per distance.
+
+    Each point is on the Kepler orbit of the sample before it, plus the cubic in time that makes up for what it misses
+    of position and velocity.
+    """
+    time, r, v = path
+    rows = _core.cartesian_to_elements(r, v, mu)
+    motion = np.sqrt(mu / np.abs(rows[:, 0]) ** 3)
+
+    def moved(start: npt.NDArray[np.intp], span: _Array) -> tuple[_Array, _Array]:
+        at = rows[start]
+        at[:, 5] += motion[start] * span
+        return _core.elements_to_cartesian(np.ascontiguousarray(at), mu)
+
+    steps = np.diff(time)
+    near, speed = moved(np.arange(len(steps)), steps)
+    off, slip = r[1:] - near, v[1:] - speed
+    forward = np.sign(steps[0])
+    k = np.clip(np.searchsorted(forward * time, forward * moments, side="right") - 1, 0, len(steps) - 1)
+    h = steps[k, None]
+    x = (moments - time[k])[:, None] / h
+    near, speed = moved(k, moments - time[k])
+    found = Path(
+        moments,
+        near + x**2 * (3 - 2 * x) * off[k] + x**2 * (x - 1) * h * slip[k],
+        speed + 6 * x * (1 - x) / h * off[k] + x * (3 * x - 2) * slip[k],
+    )
+    return found, np.linalg.norm(off, axis=1) / np.linalg.norm(r[1:], axis=1)
