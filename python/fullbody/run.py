@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._recorded import Recorded
 from .dense import Dense, Samples
 from .elements import KeplerElements
 from .errors import InvalidInput
@@ -42,7 +43,7 @@ class Statistics:
     evaluations: int
 
 
-class Run:
+class Run(Recorded):
     """What an integration recorded; K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run` (its statistics and events are the whole run's).
@@ -97,94 +98,6 @@ class Run:
         run = self[:]
         run.events = list(run.events)
         return run
-
-    def _get(self, name: str, dimension: str) -> Any:
-        return self.system._units.attach(self._record[name], dimension)
-
-    @property
-    def time(self) -> Any:
-        """Times (K,)."""
-        return self._get("time", "time")
-
-    @property
-    def dates(self) -> Any:
-        """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
-        if self.system.epoch is None:
-            raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
-        from astropy import units as u
-
-        return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
-
-    @property
-    def position(self) -> Any:
-        """Centres (K, N, 3), inertial."""
-        return self._get("position", "length")
-
-    @property
-    def velocity(self) -> Any:
-        """Velocities (K, N, 3), inertial."""
-        return self._get("velocity", "velocity")
-
-    @property
-    def attitude(self) -> Any:
-        """Unit quaternions (K, N, 4), ``[w, x, y, z]``."""
-        return self._record["attitude"]
-
-    @property
-    def spin(self) -> Any:
-        """Angular velocities (K, N, 3), body frames."""
-        return self._get("spin", "spin")
-
-    @property
-    def energy(self) -> Any:
-        """Total energy (K,)."""
-        return self._energy(0)
-
-    @property
-    def translational_energy(self) -> Any:
-        """Kinetic energy of the centres (K,)."""
-        return self._energy(1)
-
-    @property
-    def rotational_energy(self) -> Any:
-        """Kinetic energy of the spins (K,)."""
-        return self._energy(2)
-
-    @property
-    def potential_energy(self) -> Any:
-        """Potential energy (K,), negative."""
-        return self._energy(3)
-
-    def _energy(self, part: int) -> Any:
-        return self.system._units.attach(self._record["energy"][:, part], "energy")
-
-    @property
-    def angular_momentum(self) -> Any:
-        """Total angular momentum (K, 3) about the origin, inertial."""
-        return self._get("angular_momentum", "angular momentum")
-
-    @property
-    def energy_drift(self) -> npt.NDArray[np.float64]:
-        """Change of the total energy since the start, relative to it (K,)."""
-        energy = self._record["energy"][:, 0]
-        # A slice, since a run may have no samples.
-        return np.asarray((energy - energy[:1]) / abs(energy[:1]))
-
-    @property
-    def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
-        """Change of the total energy since the start, relative to abs(potential + translational) there (K,).
-
-        The energy of a fast spin can dwarf that of the orbit and hide its error.
-        """
-        energy = self._record["energy"]
-        return np.asarray((energy[:, 0] - energy[:1, 0]) / abs(energy[:1, 1] + energy[:1, 3]))
-
-    @property
-    def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
-        """Length of the change of the angular momentum since the start, relative to its length (K,)."""
-        momentum = self._record["angular_momentum"]
-        change = np.linalg.norm(momentum - momentum[:1], axis=1)
-        return np.asarray(change / np.linalg.norm(momentum[:1], axis=1))
 
     def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
         """Osculating elements of one body about another.

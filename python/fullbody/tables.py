@@ -207,12 +207,11 @@ def of_run(run: Run) -> Table:
         rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
     if run.stop_reason in _STOPPED:
         rows.append(("stopped", _STOPPED[run.stop_reason]))
-    if len(run):
-        with np.errstate(invalid="ignore", divide="ignore"):
-            drifts = (
-                ("drift of the energy, relative to the total", run.energy_drift),
-                ("drift of the energy, relative to the orbit's", run.energy_drift_orbital),
-                ("drift of the angular momentum, relative", run.angular_momentum_drift),
-            )
-        rows += [(name, f"{np.abs(drift).max():.2e}") for name, drift in drifts if np.isfinite(drift).all()]
+    drifts = {
+        "energy_drift": "drift of the energy, relative to the total",
+        "energy_drift_orbital": "drift of the energy, relative to the orbit's",
+        "angular_momentum_drift": "drift of the angular momentum, relative",
+    }
+    # Where there is something to be relative to.
+    rows += [(name, f"{np.abs(getattr(run, of)).max():.2e}") for of, name in drifts.items() if run._size(of)]
     return Table("Run", (), rows)

@@ -103,6 +103,21 @@ def test_drifts_are_what_they_say():
     assert np.abs(run.energy_drift).max() > 1e-13
 
 
+def test_drifts_of_what_is_zero_are_absolute():
+    """Two spheres falling from rest have no angular momentum; a body alone that rests has nothing at all."""
+    two = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)] * 2, G=1.0)
+    run = two.integrate(fullbody.State([[0, 0, 0], [5, 3, 1]], np.zeros((2, 3))), 1.0, output=0.1)
+    assert np.array_equal(run.angular_momentum_drift, np.linalg.norm(run.angular_momentum, axis=1))
+    assert run.angular_momentum_drift.max() < 1e-15
+    one = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
+    run = one.integrate(fullbody.State([[0, 0, 0]], np.zeros((1, 3))), 1.0, output=0.1)
+    for drift in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
+        assert np.array_equal(drift, np.zeros(11))
+    # Relative to nothing they are neither in the table nor in the picture.
+    assert "drift" not in repr(run) + run._repr_html_()
+    assert not run.plot.energy().lines
+
+
 def test_indexing():
     run = SYSTEM.integrate(STATE, 4.0, output=1.0)
     assert len(run) == 5

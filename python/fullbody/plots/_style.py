@@ -117,7 +117,9 @@ def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
         "borderaxespad": 0.1,
         "markerscale": 3.0,
     }
-    ax.legend(**{**style, **kwargs})
+    # Matplotlib warns of an empty one.
+    if "handles" in kwargs or ax.get_legend_handles_labels()[0]:
+        ax.legend(**{**style, **kwargs})
 
 
 def steady(ax: Any, scale: float = 0.0) -> None:

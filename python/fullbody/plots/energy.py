@@ -20,16 +20,16 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     check_samples(run)
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
     time = run._record["time"]
-    # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
-    with np.errstate(invalid="ignore", divide="ignore"):
-        drifts = (
-            ("energy / total", run.energy_drift),
-            ("energy / orbital", run.energy_drift_orbital),
-            ("angular momentum", run.angular_momentum_drift),
-        )
-    for place, (name, drift) in enumerate(drifts):
-        if not np.isfinite(drift).all():
+    drifts = {
+        "energy_drift": "energy / total",
+        "energy_drift_orbital": "energy / orbital",
+        "angular_momentum_drift": "angular momentum",
+    }
+    for place, (of, name) in enumerate(drifts.items()):
+        # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
+        if not run._size(of):
             continue
+        drift = getattr(run, of)
         # A logarithm has no zero: the line goes on from the sample before to the one after.
         shown = drift != 0.0
         name = name if shown.any() else f"{name}: no change"
