@@ -5,8 +5,17 @@ from pathlib import Path
 
 import fullbody
 import numpy as np
+from fullbody import observables
 from hypothesis import strategies as st
 
+#: Observables that count revolutions.
+OF_REVOLUTIONS = (
+    observables.element_rates,
+    observables.mutual_period,
+    observables.orbit_precession,
+    observables.spin_precession,
+    observables.libration,
+)
 DATA = Path(__file__).parents[1] / "data"
 
 
@@ -109,3 +118,12 @@ def pairs(draw, gravity=("focal", "surface")):
         spin=[draw(vectors), draw(vectors)],
     )
     return system, state
+
+
+def pair_of_points(e, **options):
+    """A mass of one and a small one, with n = 1."""
+    system = fullbody.System(
+        [fullbody.Body(fullbody.PointMass(), mass=1 - 1e-3), fullbody.Body(fullbody.PointMass(), mass=1e-3)], G=1.0
+    )
+    r, v = fullbody.KeplerElements(1.0, e, 0.5, 1.0, 2.0, 0.3).to_cartesian(1.0)
+    return system, fullbody.State([np.zeros(3), r], [np.zeros(3), v], **options)
