@@ -44,5 +44,8 @@ CAPTIONS = {
         "from every start."
     ),
     "z_motion": "Case 1's motion along z by kind of arithmetic.",
-    "physical": "The paper's start, retrograde to both spins, and the same in Beta's equator, beside prograde ones.",
+    "physical": (
+        "The paper's start, retrograde to both spins; the same with the orbit in Beta's equator, and with Beta's "
+        "equator in the orbit; prograde ones."
+    ),
 }
