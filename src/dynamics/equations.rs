@@ -1,5 +1,6 @@
 //! The equations of motion over the integrator's vector.
 
+use super::layout::vector;
 use super::{AttitudeChart, Energy, Inner, Layout, System, invariants};
 use crate::error::{Error, Result};
 use crate::math::compensated::{two_product, two_sum};
@@ -280,11 +281,6 @@ impl Dynamics {
             rotation_second: self.rotations[j],
         }
     }
-}
-
-#[inline]
-fn vector(y: &[f64], index: usize) -> Vec3 {
-    Vec3::new(y[index], y[index + 1], y[index + 2])
 }
 
 /// Euler's equations solved for the rate of the spin, the paper's `eq:DiffEq_phidott` to `eq:DiffEq_psidott`; a body

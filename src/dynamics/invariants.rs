@@ -1,5 +1,6 @@
 //! What the motion conserves: the paper's sections "Total energy" and "Angular momentum".
 
+use super::layout::vector;
 use super::{Inner, State, System};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
@@ -55,14 +56,13 @@ pub(super) fn angular_momentum(system: &System, state: &State) -> Vec3 {
 /// which is constant. Formed from the bodies' own places it would lose digits as the system travels.
 pub(super) fn angular_momentum_of_vector(system: &System, inner: &Inner, y: &[f64]) -> Vec3 {
     let layout = inner.layout;
-    let vector = |index: usize| Vec3::from_column_slice(&y[index..index + 3]);
     let about_barycentre = total(system, |i| {
         angular_momentum_of(
             &system.bodies()[i],
-            &vector(layout.position(i)),
-            &vector(layout.velocity(i)),
+            &vector(y, layout.position(i)),
+            &vector(y, layout.velocity(i)),
             inner.attitude(i, y),
-            &vector(layout.spin(i)),
+            &vector(y, layout.spin(i)),
         )
     });
     let mass = sum(system.masses());

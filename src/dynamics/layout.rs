@@ -145,7 +145,7 @@ impl Inner {
         let layout = self.layout;
         let elapsed = time - self.epoch;
         let travelled = self.barycentre_velocity.map(|v| v * elapsed);
-        let vector = |index: usize, offset: [f64; 3], travelled: [f64; 3]| {
+        let placed = |index: usize, offset: [f64; 3], travelled: [f64; 3]| {
             Vec3::from([0, 1, 2].map(|c| {
                 let (partial, first) = two_sum(offset[c], travelled[c]);
                 let (total, second) = two_sum(partial, high[index + c]);
@@ -155,12 +155,18 @@ impl Inner {
         let each = |f: &dyn Fn(usize) -> Vec3| (0..layout.bodies).map(f).collect::<Vec<_>>();
         State {
             time,
-            position: each(&|b| vector(layout.position(b), self.barycentre, travelled)),
-            velocity: each(&|b| vector(layout.velocity(b), self.barycentre_velocity, [0.0; 3])),
+            position: each(&|b| placed(layout.position(b), self.barycentre, travelled)),
+            velocity: each(&|b| placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3])),
             attitude: (0..layout.bodies).map(|b| attitude(layout, b, high)).collect(),
-            spin: each(&|b| Vec3::from_column_slice(&high[layout.spin(b)..layout.spin(b) + 3])),
+            spin: each(&|b| vector(high, layout.spin(b))),
         }
     }
+}
+
+/// The three numbers of a vector from an index on.
+#[inline]
+pub(super) fn vector(y: &[f64], index: usize) -> Vec3 {
+    Vec3::new(y[index], y[index + 1], y[index + 2])
 }
 
 fn attitude(layout: Layout, body: usize, y: &[f64]) -> [f64; 4] {

@@ -97,8 +97,8 @@ class View:
         if miss.max() > _MISS:
             k = int(miss.argmax())
             raise InvalidInput(
-                f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])} the orbit changes "
-                f"by {miss[k]:.2g} of the distance; {self.what} needs less than {_MISS:g} ({self.closer()})"
+                f"{self._gap(k)} the orbit changes by {miss[k]:.2g} of the distance; "
+                f"{self.what} needs less than {_MISS:g} ({self.closer()})"
             )
         return path
 
@@ -112,8 +112,8 @@ class View:
         if turned.max() > _TURN:
             k = int(turned.argmax())
             raise InvalidInput(
-                f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])} the direction of "
-                f"{self.name} turns by about {turned[k]:.2g} rad, and its motion is not near to a Kepler orbit; "
+                f"{self._gap(k)} the direction of {self.name} turns by about {turned[k]:.2g} rad, "
+                f"and its motion is not near to a Kepler orbit; "
                 f"{self.what} needs less than {_TURN:g} ({self.closer(2 * turned[k] / _TURN)})"
             )
 
@@ -186,10 +186,13 @@ class View:
         if self.turns < least:
             raise InvalidInput(f"the run covers {self.turns:.3g} revolutions; {self.what} needs {least} or more")
 
+    def _gap(self, k: int) -> str:
+        return f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])}"
+
     def _refuse_sparse(self, first: int, revolutions: float) -> NoReturn:
         raise InvalidInput(
-            f"between its samples at {self.span(self.time[first])} and {self.span(self.time[first + 1])} the run makes "
-            f"about {revolutions:.2g} revolutions; {self.what} needs several samples in each ({self.closer()})"
+            f"{self._gap(first)} the run makes about {revolutions:.2g} revolutions; "
+            f"{self.what} needs several samples in each ({self.closer()})"
         )
 
     def check_rotation(self, speed: _Array, most: float, what: str) -> None:

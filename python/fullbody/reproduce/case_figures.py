@@ -39,7 +39,7 @@ def all_figures(results: Results) -> dict[str, Any]:
     drawn = {number: run[::_THINNED] for number, run in results.case_fine.items()}
     return {
         "case1": motion(drawn[1], 1),
-        "case1_force": force(drawn[1], results.case_forces[::_THINNED]),
+        "case1_force": force(drawn[1], cases.forces(drawn[1])),
         "case1_energy": energy(steps[1], 1),
         "case2": motion(drawn[2], 2),
         "case2_energy": energy(steps[2], 2),
@@ -52,11 +52,12 @@ def motion(run: Run, number: int) -> Any:
     heights = (1.0, 0.45, 1.0, 1.0) if fast else (1.0, 1.0, 1.0)
     drawn, axes = figure(len(heights), 2, (9.0, 10.5 if fast else 9.0), height_ratios=heights)
     exponent = power(run.position[..., 2])
+    turned = np.sin(cases.angles(run))
     for body, name in enumerate(_BODIES):
         x, y, z = run.position[:, body].T
         axes[0, 0].plot(x, y, linewidth=0.9, label=name, **LINES[body])
         axes[0, 1].plot(run.time, z / 10.0**exponent, linewidth=0.9, label=name, **LINES[body])
-        sines = np.sin(cases.angles(run)[:, body])
+        sines = turned[:, body]
         # As in the paper: psi of case 2 goes round, its spin about z stays at 2; neither is drawn.
         shown = 2 if fast else 3
         rows = (axes[1, body], axes[2, body]) if fast else (axes[1, body],)

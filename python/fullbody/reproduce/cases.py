@@ -173,14 +173,13 @@ def measure(run: Run, drawn: Run, seconds: float = 0.0) -> CaseNumbers:
 
 def _near_approaches(run: Run) -> float:
     """Share of the largest tenth of A's transverse spins that lie near a closest approach."""
-    time = np.linspace(run.time[0], run.time[-1], 4001)
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
-    spin = np.interp(time, run.time, np.hypot(*run.spin[:, 0, :2].T))
+    spin = np.hypot(*run.spin[:, 0, :2].T)
     inner = np.flatnonzero((distance[1:-1] < distance[:-2]) & (distance[1:-1] < distance[2:])) + 1
     if len(inner) < 2:
         return float("nan")
     period = float(np.mean(np.diff(run.time[inner])))
-    largest = time[np.argsort(spin)[-len(time) // 10 :]]
+    largest = run.time[np.argsort(spin)[-len(run) // 10 :]]
     return float(np.mean(np.abs(largest[:, None] - run.time[inner]).min(axis=1) < period / 4))
 
 

@@ -138,9 +138,7 @@ def facts(results: Results) -> Facts:
         theta=_theta(results),
         equator=180.0 - _tilt(state, 1),
         momentum_growth=_momentum_growth(results.year_runs["ellipsoid"]),
-        travelled=float(np.linalg.norm(system.momentum(state)))
-        / sum(body.mass for body in system.bodies)
-        * paper.KW4_YEAR,
+        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * paper.KW4_YEAR),
         period_power=math.log(two.period / one.period) / math.log(two.a_mean / one.a_mean),
         sine=math.sin(math.pi / 4) / math.sin(math.pi / 16),
         rounded_g={shape: numbers.period / math.sqrt(_ROUNDED_G) for shape, numbers in results.year.items()},
@@ -154,6 +152,7 @@ def facts(results: Results) -> Facts:
 
 
 def _theta(results: Results) -> dict[str, float]:
+    """Largest |theta| by run, degrees."""
     found = {f"case {number}": math.degrees(case.theta) for number, case in results.cases.items()}
     for shape, run in results.year_runs.items():
         w, x, y, z = np.moveaxis(run.attitude, -1, 0)
@@ -162,12 +161,11 @@ def _theta(results: Results) -> dict[str, float]:
 
 
 def _momentum_growth(run: Any) -> tuple[tuple[float, float], tuple[float, float]]:
-    def quarters(momentum: Any) -> tuple[float, float]:
-        away = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
-        parts = np.array_split(away, 4)
+    def quarters(drift: Any) -> tuple[float, float]:
+        parts = np.array_split(drift, 4)
         return float(np.median(parts[0])), float(np.median(parts[-1]))
 
-    return quarters(kw4.momentum_of_places(run)), quarters(run.angular_momentum.value)
+    return quarters(kw4.drift(kw4.momentum_of_places(run))), quarters(run.angular_momentum_drift)
 
 
 def _tilt(state: Any, body: int) -> float:

@@ -18,6 +18,7 @@ __all__ = [
     "SHAPES",
     "Numbers",
     "between_maxima",
+    "drift",
     "inclination_to_first",
     "measure",
     "momentum_of_places",
@@ -90,7 +91,6 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
     ranges = [(float(low), float(high)) for low, high in spin_range(run.system, run[0])]
     energy = run.energy.value
     momentum = momentum_of_places(run)
-    away = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
     tops = slow_maxima(hours, np.asarray(elements.i.to_value(u.deg)))
     return Numbers(
         e_max=float(np.max(elements.e)),
@@ -108,7 +108,7 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
         energy_drift=float(np.max(np.abs(run.energy_drift))),
         energy_drift_orbital=float(np.max(np.abs(run.energy_drift_orbital))),
         angular_momentum_step=float(np.max(np.abs(np.diff(momentum, axis=0) / momentum[:-1]))),
-        angular_momentum_drift_places=float(np.max(away)),
+        angular_momentum_drift_places=float(np.max(drift(momentum))),
         angular_momentum_drift=float(np.max(run.angular_momentum_drift)),
         steps=run.statistics.steps,
         evaluations=run.statistics.evaluations,
@@ -130,6 +130,11 @@ def momentum_of_places(run: Run) -> _Array:
         turned = Rotation.from_quat(run.attitude[:, body], scalar_first=True)
         total += mass * np.cross(position[:, body], velocity[:, body]) + turned.apply(inertia * spin[:, body])
     return total
+
+
+def drift(momentum: _Array) -> _Array:
+    """Length of the change of angular momenta (K, 3) since the start, relative to its length (K,)."""
+    return np.asarray(np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0]))
 
 
 def _masses_and_inertias(run: Run) -> list[tuple[float, _Array]]:

@@ -122,11 +122,13 @@ def errors(runs: dict[str, Run]) -> Any:
     step = np.diff(places, axis=0) / places[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
-    for k, (momentum, name) in enumerate(
-        ((places, "r x m v of the bodies' places"), (run.angular_momentum.value, "the barycentre's part kept apart"))
+    for k, (drift, name) in enumerate(
+        (
+            (kw4.drift(places), "r x m v of the bodies' places"),
+            (run.angular_momentum_drift, "the barycentre's part kept apart"),
+        )
     ):
-        away = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
-        axes[1, 1].plot(*largest(hours, away, width), linewidth=1.2, label=name, **LINES[k])
+        axes[1, 1].plot(*largest(hours, drift, width), linewidth=1.2, label=name, **LINES[k])
     for ax, name in zip(axes[0], ("step to step (the paper's)", "from the start"), strict=True):
         ax.set_title(name, pad=34.0)
     axes[0, 0].set_ylabel("error of the energy\n(relative)")

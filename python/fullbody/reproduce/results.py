@@ -49,7 +49,6 @@ class Results:
     cases: dict[int, CaseNumbers]
     case_runs: dict[int, Run]
     case_fine: dict[int, Run]
-    case_forces: Any
     growth: dict[str, float]
     from_coplanar: float
     late_separation: tuple[tuple[float, float], tuple[float, float]]
@@ -113,7 +112,6 @@ def _compute(effort: _Effort, stage: Any) -> Results:
         cases={number: cases.measure(run, drawn[number], seconds) for number, (run, seconds) in runs.items()},
         case_runs={number: run for number, (run, _) in runs.items()},
         case_fine=drawn,
-        case_forces=cases.forces(drawn[1]),
         growth={"pi/16": cases.growth(np.pi / 16), "pi/8": cases.growth(np.pi / 8)},
         from_coplanar=cases.from_coplanar(),
         late_separation=cases.late_separation(late),
