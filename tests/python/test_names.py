@@ -64,7 +64,11 @@ def test_plots(kw4):
         (run.plot.elements(primary="Beta", secondary="Alpha"), run.plot.elements(primary=1, secondary=0)),
         (run.plot.spins(bodies=["Beta"]), run.plot.spins(bodies=[1])),
         (run.plot.angles(bodies=["Beta", 0]), run.plot.angles(bodies=[1, 0])),
-        (run.plot(primary="Alpha", secondary="Beta").axes, run.plot().axes),
+        (
+            list(run.plot(primary="Alpha", secondary="Beta").axes.values()),
+            list(run.plot().axes.values()),
+        ),
+        (run.plot.libration(body="Beta", about="Alpha"), run.plot.libration(body=1, about=0)),
     ):
         for first, second in zip(curves(by_name), curves(by_place), strict=True):
             np.testing.assert_array_equal(first, second)

@@ -29,7 +29,7 @@ class Plots:
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
-    <plots of 11 samples: angles, elements, energy, orbit, scene, spins; call it for a summary>
+    <plots of 11 samples: angles, elements, energy, libration, orbit, scene, spins; call it for a summary>
     """
 
     __slots__ = ("_run",)
@@ -43,7 +43,7 @@ class Plots:
     __hash__ = None  # type: ignore[assignment]
 
     def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Any:
-        """One page: orbit, elements, spins, angles, conservation.
+        """One page: orbit, elements, spins, librations, conservation.
 
         Parameters
         ----------
@@ -53,8 +53,9 @@ class Plots:
 
         Returns
         -------
-        matplotlib.figure.Figure
-            Where the motion is along a line, with a note in the place of the elements, of which it has none.
+        Page
+            Its ``figure``, and its ``axes`` by name. Where the motion is along a line, notes stand in the places of the
+            elements and of the librations, of which it has none.
         """
         from .summary import summary
 
@@ -157,6 +158,33 @@ class Plots:
 
         return angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
 
+    def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Any:
+        """Roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
+
+        Of a body that goes round under the other one, or whose samples do not tell how it turns, the angle of its
+        z-axis from the orbit's normal instead; see :func:`fullbody.observables.roll_pitch_yaw`.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        body, about : int or str
+            Places in the system, or names.
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        InvalidInput
+            Where there is no orbit: a body alone, or motion along a line.
+        """
+        from .libration import libration
+
+        return libration(self._run, ax, body=self._place(body, "body"), about=self._place(about, "about"), **kwargs)
+
     def energy(self, ax: Any = None, **kwargs: Any) -> Any:
         """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.
 
@@ -216,5 +244,5 @@ class Plots:
         return None if bodies is None else [self._place(body, "one of bodies") for body in bodies]
 
     def __repr__(self) -> str:
-        names = "angles, elements, energy, orbit, scene, spins"
+        names = "angles, elements, energy, libration, orbit, scene, spins"
         return f"<plots of {len(self._run)} samples: {names}; call it for a summary>"

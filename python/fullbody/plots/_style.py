@@ -37,6 +37,12 @@ _JUMP = 170.0
 #: Between ticks of angles, in degrees: parts of a turn, and whole ones for hyperbolic anomalies.
 _STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, *(360.0 * m * 10.0**k for k in range(12) for m in (1, 2, 3, 5)))
 
+#: Longest time axis in one unit before the next larger one is taken.
+_LONG = 1000.0
+
+#: A body that never comes nearer than this many times the reach of the innermost orbit is outside the picture.
+_BEYOND = 20.0
+
 #: Names longer than this would run into what stands beside them.
 _NAME = 12
 
@@ -92,9 +98,34 @@ def joined(run: Run) -> str:
     return f"{', '.join(names)} and {last}" if names else last
 
 
+def _clock(run: Run) -> tuple[float, str]:
+    """How many of the system's units of time one unit of the time axis holds, and that unit's name.
+
+    Days where the system's units would run to thousands, and years where days would.
+    """
+    units = run.system._units
+    if not units.known:
+        return 1.0, "system units"
+    known, own = run._record["time"], units.unit("time")
+    span = float(np.abs(known).max()) if len(known) else 0.0
+    for name in ("d", "yr"):
+        if span > _LONG and (own.to(name) < 1.0):
+            per = float(own.to(name))
+            if name == "yr" or span * per <= _LONG:
+                return 1.0 / per, {"d": "days", "yr": "years"}[name]
+    return 1.0, unit(run, "time")
+
+
+def times(run: Run) -> Array:
+    """The samples' times in the unit that :func:`time_label` names."""
+    known: Array = run._record["time"]
+    factor = _clock(run)[0]
+    return known if factor == 1.0 else known / factor
+
+
 def time_label(ax: Any, run: Run) -> None:
     """Name the time axis."""
-    ax.set_xlabel(label(run, "time", "time"))
+    ax.set_xlabel(f"time [{_clock(run)[1]}]")
 
 
 def grid(ax: Any) -> None:
@@ -206,6 +237,31 @@ def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
     if not places:
         raise InvalidInput("bodies is empty; expected at least one place")
     return places
+
+
+def split_far(run: Run, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
+    """The bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
+
+    Without ``about``, the picture is of the two bodies that come nearest to each other.
+    """
+    position, count = run._record["position"], len(run.system)
+    if about is None:
+        gaps = {
+            (i, j): float(np.linalg.norm(position[:, i] - position[:, j], axis=1).min())
+            for i in range(count)
+            for j in range(i + 1, count)
+        }
+        about = min(gaps, key=gaps.__getitem__)[0] if gaps else 0
+    distance = np.linalg.norm(position - position[:, about, None], axis=2)
+    reach = min((float(distance[:, body].max()) for body in range(count) if body != about), default=0.0)
+    far = [(body, float(d)) for body in range(count) if (d := distance[:, body].min()) > _BEYOND * reach > 0.0]
+    gone = {body for body, _ in far}
+    return [body for body in range(count) if body not in gone], far
+
+
+def far_label(run: Run, body: int, distance: float) -> str:
+    """What the legend says of a body outside the picture."""
+    return f"{called(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
 
 
 def check_samples(run: Run) -> None:

@@ -19,6 +19,7 @@ from ._style import (
     line,
     panels,
     time_label,
+    times,
     wishes,
 )
 
@@ -33,7 +34,7 @@ def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs
     check_samples(run)
     places, kwargs = chosen(run, bodies), wishes(kwargs)
     flat, result = panels(axes, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
-    time = run._record["time"]
+    time = times(run)
     for row, body in enumerate(places):
         values = np.rad2deg(attitudes_of(run, body).tait_bryan)
         left, right = flat[2 * row], flat[2 * row + 1]

@@ -13,10 +13,10 @@ import numpy as np
 
 from .._files import check_suffix, replacing
 from ..errors import FullbodyError, InvalidInput
-from ._style import check_samples, matplotlib
+from ._style import check_samples, matplotlib, split_far
 from .between import at
 from .sampling import warn_if_aliased
-from .scene import draw_body, scene, title
+from .scene import draw_body, scene, stage, title
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -57,13 +57,14 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
     # A figure of no window: a film is a file.
     figure = matplotlib("figure").Figure(figsize=size)
     matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
-    ax = figure.add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
+    ax = stage(figure)
     scene(run, None, ax, path=True)
     # The bodies are drawn anew in each picture; their paths stay.
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
     for artist in moving:
         artist.remove()
     centres, attitudes = at(run, times)
+    near = split_far(run)[0]
     # As many decimals in all pictures as tell one from the next.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
@@ -79,7 +80,8 @@ def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float,
         with writer.saving(figure, str(temporary), dpi):
             for time, centre, attitude in zip(times, centres, attitudes, strict=True):
                 artists: list[Any] = []
-                for body, name in enumerate(run.system.names):
+                for body in near:
+                    name = run.system.names[body]
                     artists += draw_body(ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13))
                 title(ax, run, f"{time:.{decimals}f}")
                 writer.grab_frame()

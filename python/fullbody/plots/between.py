@@ -8,7 +8,7 @@ import numpy as np
 
 from .._units import need, scalar
 from ..errors import InvalidInput
-from ._style import Array, masses
+from ._style import Array, masses, split_far
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -80,8 +80,10 @@ def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Arr
 
 
 def _from_barycentre(run: Run, vectors: Array) -> Array:
-    """Positions or velocities (T, N, 3) less the barycentre's."""
-    weights = masses(run)
+    """Positions or velocities (T, N, 3) less those of the barycentre of the bodies that fit in one picture."""
+    weights = np.zeros(len(run.system))
+    near = split_far(run)[0]
+    weights[near] = masses(run)[near]
     return np.asarray(vectors - np.einsum("n,tnx->tx", weights / weights.sum(), vectors)[:, None])
 
 

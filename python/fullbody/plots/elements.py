@@ -17,6 +17,7 @@ from ._style import (
     panels,
     steady,
     time_label,
+    times,
     wishes,
 )
 
@@ -51,7 +52,7 @@ def elements(
     shape = (3, 2) if len(rows) == 6 else (len(rows),)
     flat, result = panels(axes, shape, (9.0, 6.5))
     values = run.elements(mu, primary=primary, secondary=secondary)
-    time = run._record["time"]
+    time = times(run)
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
         value = np.asarray(getattr(getattr(values, name), "value", getattr(values, name)))
         style = line(0, wishes(kwargs))

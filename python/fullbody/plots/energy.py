@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._style import check_samples, grid, legend, line, single, time_label, wishes
+from ._style import check_samples, grid, legend, line, single, time_label, times, wishes
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -19,7 +19,7 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.energy`."""
     check_samples(run)
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
-    time = run._record["time"]
+    time = times(run)
     drifts = {
         "energy_drift": "energy / total",
         "energy_drift_orbital": "energy / orbital",

@@ -14,12 +14,14 @@ from ._style import (
     called,
     check_body,
     check_samples,
+    far_label,
     grid,
     label,
     legend,
     line,
     semi_axes,
     single,
+    split_far,
     wishes,
 )
 
@@ -38,13 +40,16 @@ def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs
     ax = single(ax, (5.5, 5.0))
     across, up = _PLANES[plane]
     position = run._record["position"]
-    count, kwargs = len(run.system), wishes(kwargs)
-    for place, body in enumerate(k for k in range(count) if k != primary):
+    kwargs = wishes(kwargs)
+    near, far = split_far(run, primary)
+    for place, body in enumerate(k for k in near if k != primary):
         path = position[:, body] - position[:, primary]
         style = line(place, {"linewidth": 0.9, "label": called(run, body), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
+    for body, distance in far:
+        ax.plot([], [], linestyle="none", label=far_label(run, body, distance))
     if shapes:
-        for body in range(count):
+        for body in near:
             end = (position[-1, body] - position[-1, primary])[[across, up]]
             _outline(ax, run, body, end, [across, up])
     ax.set_aspect("equal", adjustable="datalim")

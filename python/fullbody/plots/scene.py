@@ -13,10 +13,12 @@ from ._style import (
     called,
     check_axes,
     check_samples,
+    far_label,
     label,
     line,
     matplotlib,
     semi_axes,
+    split_far,
     unit,
     wishes,
 )
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Body axes reach this far, in units of the longest semi-axis.
 _REACH = 1.7
+#: Height of the strip for the legend below the axes, in units of their height.
+_MARGIN = 0.11
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
@@ -34,8 +38,7 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.scene`."""
     check_samples(run)
     if ax is None:
-        # Labels of a box in 3D stand outside its axes: leave them room.
-        ax = matplotlib().figure(figsize=(7.0, 5.2)).add_axes((0.02, 0.06, 0.9, 0.88), projection="3d")
+        ax = stage(matplotlib().figure(figsize=(7.0, 5.2)))
     else:
         check_axes(ax, "ax", "3d")
     now = moment(run, time)
@@ -43,13 +46,17 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     paths = at(run, track(run, now))[0]
     names = [called(run, body) for body in range(len(run.system))]
     surface = _surface(kwargs)
-    for body, name in enumerate(names):
+    near, far = split_far(run)
+    for body in near:
         if path:
             style = line(body, {"color": "0.45", "linewidth": 0.8})
             ax.plot(*paths[:, body].T, **style)
-        draw_body(ax, run, body, centres[body], attitude[body], name, surface)
+        draw_body(ax, run, body, centres[body], attitude[body], names[body], surface)
+    for body, distance in far:
+        names[body] = far_label(run, body, distance)
+        ax.plot([], [], linestyle="none", label=names[body])
     whole = at(run, track(run, moment(run, None)))[0]
-    frame(ax, run, np.concatenate([whole, centres[None]]))
+    frame(ax, run, np.concatenate([whole, centres[None]])[:, near], near)
     title(ax, run, f"{now:.6g}")
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
@@ -57,13 +64,18 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
         [entries[name] for name in order],
         order,
         loc="lower center",
-        bbox_to_anchor=(0.5, -0.06),
+        bbox_to_anchor=(0.5, -_MARGIN),
         ncols=len(order) if len(order) < 6 else (len(order) + 1) // 2,
         frameon=False,
         fontsize="small",
         handlelength=2.6,
     )
     return ax
+
+
+def stage(figure: Any) -> Any:
+    """Axes in 3D that leave room for the labels of their box, which stand outside it, and for the legend below them."""
+    return figure.add_axes((0.02, 0.86 * _MARGIN, 0.9, 0.86), projection="3d")
 
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
@@ -106,9 +118,9 @@ def draw_body(
     return artists
 
 
-def frame(ax: Any, run: Run, centres: Array) -> None:
-    """Equal scales on all axes, wide enough for the whole run; labels with units."""
-    sizes = [0.0 if (axes := semi_axes(run, k)) is None else _REACH * axes.max() for k in range(len(run.system))]
+def frame(ax: Any, run: Run, centres: Array, bodies: list[int]) -> None:
+    """Equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies; labels with units."""
+    sizes = [0.0 if (axes := semi_axes(run, body)) is None else _REACH * axes.max() for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)

@@ -20,6 +20,7 @@ from ._style import (
     panels,
     steady,
     time_label,
+    times,
     wishes,
 )
 
@@ -34,7 +35,7 @@ def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: st
     check_samples(run)
     places, kwargs = chosen(run, bodies), wishes(kwargs)
     flat, result = panels(axes, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
-    time = run._record["time"]
+    time = times(run)
     for body, ax in zip(places, flat, strict=True):
         spin = run._record["spin"][:, body]
         if frame == "inertial":

@@ -2,19 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidInput
 from ._style import check_body, check_samples, joined, matplotlib, plain
-from .angles import angles
 from .elements import elements
 from .energy import energy
+from .libration import libration
 from .orbit import orbit
 from .spins import spins
 
 if TYPE_CHECKING:
     from ..run import Run
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Page:
+    """A page of plots: the figure, and its axes by what they show.
+
+    Not the figure itself, which a notebook would show a second time as the value of a cell's last line.
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure or SubFigure
+    axes : mapping of str to matplotlib Axes
+        ``"orbit"``, ``"a"``, ``"e"``, ``"i"``, ``"energy"``; and for each body ``"spin of NAME"`` and ``"attitude of
+        NAME"``.
+    """
+
+    figure: Any
+    axes: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
 
 
 def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
@@ -29,24 +52,37 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
         figure = matplotlib().figure(figsize=size, layout="constrained")
     heights = ([4.4] if pair else []) + [2.1 * count, 2.2]
     rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
+    axes: dict[str, Any] = {}
     if pair:
         left, right = rows.pop(0).subfigures(1, 2, width_ratios=(1.0, 1.1))
-        orbit(run, left.subplots(), primary=primary, plane="xy", shapes=True)
+        axes["orbit"] = orbit(run, left.subplots(), primary=primary, plane="xy", shapes=True)
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
         primary, secondary = check_body(run, primary, "primary"), check_body(run, secondary, "secondary")
         run.system.mu(primary, secondary)
         try:
             elements(run, panels, mu=None, primary=primary, secondary=secondary, names=names)
+            axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
             # Such as motion along a line.
             for ax in panels:
                 ax.remove()
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
-    left, right = rows[0].subfigures(1, 2, width_ratios=(1.0, 1.4))
+    left, right = rows[0].subfigures(1, 2)
     spins(run, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0], frame="body")
-    angles(run, right.subplots(count, 2, sharex=True, squeeze=False))
-    energy(run, rows[1].subplots())
+    axes |= {f"spin of {name}": ax for name, ax in zip(run.system.names, left.axes, strict=True)}
+    for body, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
+        about = secondary if body == primary else primary
+        try:
+            axes[f"attitude of {run.system.names[body]}"] = libration(run, ax, body=body, about=about)
+            # The lowest panel names the time for all.
+            ax.label_outer()
+        except InvalidInput as error:
+            # Such as motion along a line, or a body alone.
+            ax.remove()
+            note = f"no frame of an orbit: {fill(str(error), 48)}"
+            right.text(0.5, 1.0 - (body + 0.5) / count, note, ha="center", va="center")
+    axes["energy"] = energy(run, rows[1].subplots())
     figure.align_ylabels()
     options, s = run.system.options, run.statistics
     figure.suptitle(
@@ -54,4 +90,4 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
         f"{s.steps} steps, {len(run)} samples",
         fontsize="medium",
     )
-    return figure
+    return Page(figure, axes)

@@ -33,7 +33,8 @@ def said(missing, calls, folder):
     return lines
 
 
-PICTURES = ["plot()", *(f"plot.{name}()" for name in ("orbit", "elements", "spins", "angles", "energy", "scene"))]
+NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
+PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from astropy import units as u
+from fullbody import observables
 from fullbody.plots.between import at
 from matplotlib.text import Text
 
@@ -188,6 +189,66 @@ def test_angles_are_the_states_tait_bryan_angles(case1_run):
             assert np.array_equal(drawn(line), expected[:, body, column])
 
 
+def test_librations_are_the_observables(kw4_run):
+    """Beta's long axis follows Alpha: roll, pitch, yaw. Alpha turns faster: only its z-axis' angle is told."""
+    ax = kw4_run.plot.libration()
+    expected = np.rad2deg(observables.roll_pitch_yaw(kw4_run).to_value("rad")).T
+    assert [line.get_label() for line in ax.lines] == ["roll", "pitch", "yaw"]
+    for line, values in zip(ax.lines, expected, strict=True):
+        assert np.array_equal(line.get_ydata(), values)
+    ax = kw4_run.plot.libration(body="Alpha", about="Beta")
+    pole = np.array([state.rotation_matrix[0] @ [0, 0, 1] for state in kw4_run])
+    normal = np.cross(*(np.diff(x.value, axis=1)[:, 0] for x in (kw4_run.position, kw4_run.velocity)))
+    cosine = np.sum(pole * normal, axis=1) / np.linalg.norm(normal, axis=1)
+    assert np.allclose(ax.lines[0].get_ydata(), np.rad2deg(np.arccos(cosine)), rtol=1e-10)
+    assert ax.get_title(loc="left") == "Alpha, z-axis from the orbit's normal"
+    with pytest.raises(fullbody.InvalidInput, match="expected two bodies"):
+        kw4_run.plot.libration(body=1, about=1)
+
+
+@pytest.mark.parametrize(
+    ("until", "label", "end"), [(900 * u.hour, "h", 900), (100 * u.day, "days", 100), (4 * u.yr, "years", 4)]
+)
+def test_long_times_are_days_and_years(until, label, end):
+    points = [fullbody.Body(fullbody.PointMass(), mass=m * u.kg) for m in (2.4e12, 1e11)]
+    system = fullbody.System(points, units=("km", "hour", "kg"))
+    r, v = fullbody.KeplerElements(2.5, 0.1, 0, 0, 0, 0).to_cartesian(system.mu().value)
+    state = fullbody.State([0 * r, r], [0 * v, v])
+    run = system.integrate(state, until, output=until / 10)
+    for ax in (run.plot.energy(), run.plot.spins()[-1], run.plot.elements()[2, 0]):
+        assert ax.get_xlabel() == f"time [{label}]"
+    assert ax.lines[0].get_xdata()[-1] == pytest.approx(end, rel=1e-12)
+
+
+def test_a_body_far_away_does_not_hide_the_pair():
+    """A star 4e7 separations away: the picture is of the pair, and says where the star is."""
+    bodies = [fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in ((0.7, 2.4, "A"), (0.2, 0.1, "B"))]
+    star = fullbody.Body(fullbody.PointMass(), mass=1e-3, name="star")
+    state = fullbody.State([[0, 0, 0], [2.5, 0, 0], [1e8, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 0]])
+    run = fullbody.System([*bodies, star], G=1.0).integrate(state, 5.0, output=0.1)
+    ax = run.plot.orbit()
+    ax.figure.draw_without_rendering()
+    assert np.ptp(ax.get_xlim()) < 10.0
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["B", "star: outside, 1e+08"]
+    ax = run.plot.scene()
+    assert np.ptp(ax.get_xlim()) < 10.0
+    # The pair's own barycentre is the picture's middle.
+    assert abs(np.mean(ax.get_xlim())) < 3.0
+    assert "star: outside, 1e+08" in [text.get_text() for text in ax.get_legend().get_texts()]
+    # Seen from the star both of the pair are near each other, and both are drawn.
+    assert len(run.plot.orbit(primary="star", shapes=False).lines) == 2
+
+
+def test_a_page_is_shown_once_by_a_notebook(kw4_run):
+    """A figure as a cell's last value would be shown beside the figure that pyplot shows."""
+    from IPython.core.interactiveshell import InteractiveShell
+
+    shown = InteractiveShell.instance().display_formatter.format(kw4_run.plot())[0]
+    assert set(shown) == {"text/plain"}
+    assert shown["text/plain"].startswith("<page of 9 plots: orbit, a, e, i, spin of Alpha")
+
+
 def test_energy_shows_both_drifts(kw4_run):
     ax = kw4_run.plot.energy()
     drifts = (kw4_run.energy_drift, kw4_run.energy_drift_orbital, kw4_run.angular_momentum_drift)
@@ -268,8 +329,11 @@ def test_scene_has_equal_scales(kw4_run):
 @pytest.mark.parametrize("which", ["kw4_run", "case1_run", "triple_run"])
 def test_summary_is_whole_and_legible(which, request, tmp_path):
     run = request.getfixturevalue(which)
-    figure = run.plot()
-    assert len(figure.axes) == 4 + 3 * len(run.system) + 1
+    page = run.plot()
+    figure = page.figure
+    names = [f"{what} of {name}" for what in ("spin", "attitude") for name in run.system.names]
+    assert list(page.axes) == ["orbit", "a", "e", "i", *names, "energy"]
+    assert list(page.axes.values()) == figure.axes
     assert overlapping(figure) == []
     assert cut(figure) == []
     figure.savefig(tmp_path / "page.png")
@@ -283,7 +347,7 @@ def test_the_checks_of_legibility_see_faults(kw4_run):
     assert cut(ax.figure)
 
 
-@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "energy"])
+@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy"])
 @pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
 def test_single_plots_are_legible_and_labelled(name, which, request):
     made = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
@@ -326,7 +390,7 @@ def test_given_axes_are_used_and_returned(kw4_run, triple_run):
     ax = plt.figure().add_subplot(projection="3d")
     assert kw4_run.plot.scene(ax=ax, alpha=0.5) is ax
     figure = plt.figure(figsize=(12, 10), layout="constrained")
-    assert kw4_run.plot(figure) is figure
+    assert kw4_run.plot(figure).figure is figure
 
 
 @pytest.mark.parametrize("first", ["points", "ellipsoids"])
@@ -358,7 +422,7 @@ def test_level_curves_are_shown_as_level(case1_run):
     assert high - low > 1.0
 
 
-@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "energy"])
+@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy"])
 def test_options_have_matplotlibs_short_names_too(kw4_run, name):
     for options in ({"lw": 3.5}, {"linewidth": 3.5}):
         for ax in np.ravel(getattr(kw4_run.plot, name)(ls=":", c="red", mec="blue", **options)):
@@ -403,13 +467,15 @@ def test_names_are_shown_as_they_are(name):
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=n) for n in (name, "$")]
     state = fullbody.State([[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 0.4, 0]])
     run = fullbody.System(bodies, G=1.0).integrate(state, 5.0, output=1.0)
-    figure = run.plot()
+    figure = run.plot().figure
     scene = run.plot.scene()
     for drawn_figure in (figure, scene.figure):
         drawn_figure.draw_without_rendering()
     # Preprocessed as matplotlib does before it draws: the text itself, and no formula.
     titles = [ax._left_title._preprocess_math(ax._left_title.get_text()) for ax in figure.axes]
-    assert {(name, False), ("$", False), (f"{name}, body frame", False)} <= set(titles)
+    assert {(f"{name}, body frame", False), ("$, body frame", False), (f"{name}, in its orbit's frame", False)} <= set(
+        titles
+    )
     title = figure._suptitle
     assert title._preprocess_math(title.get_text())[0].startswith(f"{name} and $: ")
     shown = [text._preprocess_math(text.get_text()) for text in scene.get_legend().get_texts()[:2]]
@@ -420,12 +486,12 @@ def test_motion_along_a_line_is_drawn_without_elements():
     points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 0.1)]
     state = fullbody.State([[0, 0, 0], [10, 0, 0]], [[0, 0, 0], [0.1, 0, 0]])
     run = fullbody.System(points, G=1.0).integrate(state, 10.0, output=0.5)
-    figure = run.plot()
+    figure = run.plot().figure
     notes = [text.get_text().replace("\n", " ") for text in figure.findobj(Text) if "element" in text.get_text()]
     assert len(notes) == 1
     assert "no elements: " in notes[0]
     assert "motion along a straight line has no Kepler elements" in notes[0]
-    assert len(figure.axes) == 8
+    assert len(figure.axes) == 4
     assert np.array_equal(figure.axes[0].lines[0].get_xdata(), run.position[:, 1, 0] - run.position[:, 0, 0])
     assert not overlapping(figure)
     assert not cut(figure)
@@ -448,5 +514,5 @@ def test_bad_requests_are_named(kw4_run):
 
 def test_a_single_sample_can_be_drawn(kw4_run):
     run = kw4_run.system.integrate(kw4_run[0], 1.0, output=[0.0])
-    figure = run.plot()
+    figure = run.plot().figure
     figure.draw_without_rendering()

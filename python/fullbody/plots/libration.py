@@ -1,0 +1,73 @@
+"""How a body is turned in the frame of its orbit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..observables import roll_pitch_yaw
+from ._style import (
+    Array,
+    attitudes_of,
+    called,
+    check_body,
+    check_samples,
+    degrees,
+    draw_angle,
+    grid,
+    legend,
+    line,
+    single,
+    time_label,
+    times,
+    wishes,
+)
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+#: A body whose yaw passes this goes round under the other one; so it does not librate.
+_ROUND = 2.0 * np.pi
+
+
+def libration(run: Run, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.libration`."""
+    check_samples(run)
+    body, about = check_body(run, body, "body"), check_body(run, about, "about")
+    kwargs = wishes(kwargs)
+    angles = _angles(run, body, about)
+    ax = single(ax, (7.0, 3.2))
+    for place, (name, angle) in enumerate(angles.items()):
+        draw_angle(ax, times(run), np.rad2deg(angle), line(place, {"label": name, **kwargs}))
+    ax.set_ylabel("angle [deg]")
+    what = "z-axis from the orbit's normal" if len(angles) == 1 else "in its orbit's frame"
+    ax.set_title(f"{called(run, body)}, {what}", fontsize="medium", loc="left")
+    degrees(ax)
+    grid(ax)
+    if len(angles) > 1:
+        legend(ax)
+    time_label(ax, run)
+    return ax
+
+
+def _angles(run: Run, body: int, about: int) -> dict[str, Any]:
+    """Roll, pitch and yaw (K,) of a body that librates; of one that goes round, the tilt of its z-axis."""
+    try:
+        turned = np.asarray(roll_pitch_yaw(run, body=body, about=about))
+        if np.ptp(turned[:, 2]) <= _ROUND:
+            return dict(zip(("roll", "pitch", "yaw"), turned.T, strict=True))
+    except InvalidInput:
+        # Samples too far apart to tell how the body turns still tell its tilt; motion along a line has no frame.
+        if not _normal(run, body, about).any(axis=1).all():
+            raise
+    normal, axis = _normal(run, body, about), attitudes_of(run, body).rotation_matrix[:, :, 2]
+    across = np.linalg.norm(np.cross(normal, axis), axis=1)
+    return {"tilt": np.arctan2(across, np.sum(normal * axis, axis=1))}
+
+
+def _normal(run: Run, body: int, about: int) -> Array:
+    """Normals (K, 3) of the orbit, of any length; zero where the motion is along a line."""
+    r, v = (run._record[name][:, body] - run._record[name][:, about] for name in ("position", "velocity"))
+    return np.asarray(np.cross(r, v))
