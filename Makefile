@@ -15,7 +15,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 reproduce test test-rust test-python check fmt docs bench clean
+.PHONY: help kw4 film reproduce test test-rust test-python check fmt docs bench clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -63,6 +63,9 @@ fmt:  ## formats everything
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+
+film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.gif
+	$(BIN)/python docs/film.py
 
 reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reproduce/
 

@@ -1,0 +1,72 @@
+"""The film at the head of the README and of the site: ``make film`` writes docs/didymos.gif.
+
+Left two days of Didymos and Dimorphos after DART, as seen from a camera that does not turn; right a hundred days of
+Dimorphos' libration and of the orbit's eccentricity, with those two days marked.
+"""
+
+from pathlib import Path
+
+import fullbody
+import matplotlib as mpl
+import numpy as np
+from fullbody.plots.scene import draw_body, frame
+from matplotlib.animation import PillowWriter
+from matplotlib.figure import Figure
+
+DAYS = 100.0
+#: The film begins on this day; a picture every 50 minutes, behind Dimorphos a trail of ten hours.
+FROM, PICTURES, EVERY, TRAIL = 60, 60, 5, 60
+LOOK = {"roll": "#D55E00", "yaw": "#0072B2"}
+
+
+def main() -> None:
+    system, state = fullbody.systems.didymos_after_dart(units=True)
+    run = system.integrate(state, f"{DAYS} day", output="0.5 h")
+    film = system.integrate(run[48 * FROM], f"{FROM * 1440 + 10 * (TRAIL + PICTURES * EVERY)} min", output="10 min")
+    mpl.rcParams.update({"font.size": 8.0})
+    figure = Figure(figsize=(9.0, 4.0))
+    scene = figure.add_axes((-0.04, -0.12, 0.58, 1.24), projection="3d")
+    panels = [figure.add_axes((0.62, bottom, 0.365, 0.33)) for bottom in (0.58, 0.12)]
+    figure.text(0.03, 0.93, "Didymos and Dimorphos after DART", fontsize=11)
+    clock = figure.text(0.03, 0.87, "", fontsize=9, color="0.3")
+    draw_history(run, panels)
+    centres = film.position.value - film.position.value[:, :1]
+    frame(scene, film, centres, [0, 1])
+    scene.set_axis_off()
+    scene.view_init(elev=24, azim=-60)
+    path = Path(__file__).with_name("didymos.gif")
+    writer = PillowWriter(fps=12)
+    with writer.saving(figure, str(path), 90):
+        for k in range(TRAIL, len(film) - 1, EVERY):
+            day = film.time[k].to_value("day")
+            clock.set_text(f"day {day:.1f}")
+            artists = scene.plot(*centres[k - TRAIL : k + 1, 1].T, color="#E69F00", linewidth=1.2)
+            for body, name in enumerate(system.names):
+                artists += draw_body(scene, film, body, centres[k, body], film.attitude[k, body], name, {}, mesh=(31, 16))
+            marks = [ax.axvline(day, color="0.2", linewidth=0.8) for ax in panels]
+            writer.grab_frame()
+            for artist in (*artists, *marks):
+                artist.remove()
+    print(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB")
+
+
+def draw_history(run: fullbody.Run, panels: list) -> None:
+    """Dimorphos' roll and yaw in its orbit's frame, and the eccentricity, against days."""
+    days = run.time.to_value("day")
+    angles = fullbody.observables.roll_pitch_yaw(run).to_value("deg")
+    for name, column in (("yaw", 2), ("roll", 0)):
+        panels[0].plot(days, angles[:, column], color=LOOK[name], linewidth=0.4)
+        panels[0].plot([], [], color=LOOK[name], label=name)
+    panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
+    panels[0].set_title("Dimorphos in its orbit's frame", loc="left", fontsize=9)
+    panels[0].set_ylabel("degrees")
+    panels[1].plot(days, run.elements().e, color="#009E73", linewidth=0.4)
+    panels[1].set_title("osculating eccentricity", loc="left", fontsize=9)
+    panels[1].set_xlabel("days")
+    for ax in panels:
+        ax.set_xlim(0.0, DAYS)
+        ax.spines[["top", "right"]].set_visible(False)
+
+
+if __name__ == "__main__":
+    main()
