@@ -8,7 +8,6 @@ from pathlib import Path
 
 import fullbody
 import matplotlib as mpl
-import numpy as np
 from fullbody.plots.scene import draw_body, frame
 from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
@@ -20,6 +19,7 @@ LOOK = {"roll": "#D55E00", "yaw": "#0072B2"}
 
 
 def main() -> None:
+    """Run, draw, write."""
     system, state = fullbody.systems.didymos_after_dart(units=True)
     run = system.integrate(state, f"{DAYS} day", output="0.5 h")
     film = system.integrate(run[48 * FROM], f"{FROM * 1440 + 10 * (TRAIL + PICTURES * EVERY)} min", output="10 min")
@@ -42,7 +42,9 @@ def main() -> None:
             clock.set_text(f"day {day:.1f}")
             artists = scene.plot(*centres[k - TRAIL : k + 1, 1].T, color="#E69F00", linewidth=1.2)
             for body, name in enumerate(system.names):
-                artists += draw_body(scene, film, body, centres[k, body], film.attitude[k, body], name, {}, mesh=(31, 16))
+                artists += draw_body(
+                    scene, film, body, centres[k, body], film.attitude[k, body], name, {}, mesh=(31, 16)
+                )
             marks = [ax.axvline(day, color="0.2", linewidth=0.8) for ax in panels]
             writer.grab_frame()
             for artist in (*artists, *marks):
