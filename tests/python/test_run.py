@@ -235,15 +235,28 @@ def test_simulation_leaves_its_start_alone():
     assert start == STATE
 
 
-def test_progress_callback_gets_start_time_and_end():
+@pytest.mark.parametrize("until", [3.0, 3.001, 60.0, -60.0])
+def test_progress_callback_gets_start_time_and_end(until):
+    """At the start and at the end of every run, however short, and in between where it takes long."""
     seen = []
-    system, state = fullbody.systems.kw4_ho2021(gravity="surface")
-    system.integrate(state.replace(time=3.0), 300.0, output=100.0, progress=lambda *a: seen.append(a))
-    assert len(seen) >= 2
-    assert {(start, end) for start, _, end in seen} == {(3.0, 300.0)}
+    system, state = fullbody.systems.kw4_ho2021()
+    system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: seen.append(a))
+    assert {(start, end) for start, _, end in seen} == {(3.0, until)}
     times = [time for _, time, _ in seen]
-    assert times == sorted(times)
-    assert all(3.0 <= time <= 300.0 for time in times)
+    assert times[0] == 3.0
+    assert times[-1] == until
+    assert times == sorted(times, reverse=until < 3.0)
+    assert times.count(until) <= 2
+
+
+def test_progress_callback_is_told_where_a_run_ends():
+    """At a terminal event, not at the time asked for."""
+    system, state = fullbody.systems.kw4()
+    seen = []
+    event = fullbody.events.Separation(0, 1, 2.56, terminal=True)
+    run = system.integrate(state, 1e4, events=[event], progress=lambda *a: seen.append(a))
+    assert seen[0] == (0.0, 0.0, 1e4)
+    assert seen[-1] == (0.0, run.time[-1], 1e4)
 
 
 def test_exceptions_of_the_callback_propagate():
@@ -251,7 +264,8 @@ def test_exceptions_of_the_callback_propagate():
         pass
 
     def stop(start, time, end):
-        raise Enough(time)
+        if time > start:
+            raise Enough(time)
 
     sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(gravity="surface"))
     with pytest.raises(Enough):
