@@ -20,7 +20,8 @@ def instructions(method: str, path: str, count: int) -> int:
     """Instructions of a whole run."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", "/".join(PROGRAM)]
-        result = subprocess.run([*command, method, path, str(count)], capture_output=True, text=True, check=True)
+        command += [method, "1e-14", path, str(count)]
+        result = subprocess.run(command, capture_output=True, text=True, check=True)
     found = re.search(r"Collected : (\d+)", result.stderr)
     if found is None:
         raise RuntimeError(f"callgrind printed no count:\n{result.stderr}")

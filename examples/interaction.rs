@@ -1,22 +1,21 @@
-//! Evaluates one interaction many times: `interaction METHOD PATH COUNT`, for counting instructions.
+//! Evaluates one interaction many times: `interaction METHOD TOLERANCE PATH COUNT`. Prints the number of nodes and the seconds that
+//! one took; also for counting instructions.
 
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Pair, Pose};
+use fullbody::names::Named;
 use fullbody::shape::Shape;
 use std::hint::black_box;
+use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [method, path, count] = arguments.as_slice() else {
-        return Err("usage: interaction METHOD PATH COUNT".into());
+    let [method, tolerance, path, count] = arguments.as_slice() else {
+        return Err("usage: interaction METHOD TOLERANCE PATH COUNT".into());
     };
-    let path = match path.as_str() {
-        "portable" => VectorPath::Portable,
-        "avx2" => VectorPath::Avx2,
-        "avx512" => VectorPath::Avx512,
-        other => return Err(format!("path is {other}; expected portable, avx2 or avx512").into()),
-    };
+    let arch = VectorPath::named(path)?.arch().ok_or("this machine lacks that path")?;
+    let count: u32 = count.parse()?;
     let alpha = BodyGravity::new("Alpha", &Shape::ellipsoid([0.766, 0.7475, 0.6735])?);
     let beta = BodyGravity::new("Beta", &Shape::ellipsoid([0.285, 0.2315, 0.1745])?);
     let pose = Pose {
@@ -24,11 +23,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         rotation_first: rotation::tait_bryan_matrix([0.2, -0.35, 0.9]),
         rotation_second: rotation::tait_bryan_matrix([-0.5, 0.4, 1.7]),
     };
-    let arch = path.arch().ok_or("this machine lacks that path")?;
-    let mut pair = Pair::new(alpha, beta, method.parse()?, 1e-14, None, arch);
+    let mut pair = Pair::new(alpha, beta, method.parse()?, tolerance.parse()?, None, arch);
     pair.prepare(&pose, 0.0)?;
-    for _ in 0..count.parse::<usize>()? {
+    let started = Instant::now();
+    for _ in 0..count {
         black_box(pair.interaction(black_box(&pose)));
     }
+    let seconds = started.elapsed().as_secs_f64() / f64::from(count.max(1));
+    println!("{} {seconds:e}", pair.rule().map_or(0, |rule| rule.nodes()));
     Ok(())
 }

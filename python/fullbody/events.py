@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from . import _core
 from ._arguments import directions, integer, place
 from ._records import Alike
 from ._units import gathered, numbers, scalar
@@ -59,18 +60,13 @@ class Event(Alike):
     def _place(self, system: System, name: str) -> int:
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
-    def _describe(self, system: System) -> dict[str, Any]:
+    def _condition(self, system: System) -> _core.Condition:
+        """The condition as the core has it."""
+        raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
+
+    def _watched(self, system: System) -> tuple[_core.Condition, int, bool]:
         """What the core is told."""
-        return {
-            "kind": type(self).__name__,
-            "first": 0,
-            "second": None,
-            "value": 0.0,
-            "normal": (0.0, 0.0, 1.0),
-            "function": None,
-            "direction": integer(self.direction),
-            "terminal": bool(self.terminal),
-        }
+        return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +74,8 @@ class _OfPair(Event):
     i: int | str = 0
     j: int | str = 1
 
-    def _describe(self, system: System) -> dict[str, Any]:
-        first, second = (self._place(system, name) for name in ("i", "j"))
-        return {**super()._describe(system), "first": first, "second": second}
+    def _pair(self, system: System) -> tuple[int, int]:
+        return self._place(system, "i"), self._place(system, "j")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +102,9 @@ class Separation(_OfPair):
 
     value: Any = None
 
-    def _describe(self, system: System) -> dict[str, Any]:
+    def _condition(self, system: System) -> _core.Condition:
         value = _length(self.value, system, "value of Separation")
-        return {**super()._describe(system), "value": value}
+        return _core.Condition.Separation(*self._pair(system), value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +135,9 @@ class Contact(_OfPair):
     ('event', 2.0)
     """
 
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Contact(*self._pair(system))
+
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(_OfPair):
@@ -159,6 +157,9 @@ class Periapsis(_OfPair):
     True
     """
 
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Periapsis(*self._pair(system))
+
 
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_OfPair):
@@ -169,6 +170,9 @@ class Apoapsis(_OfPair):
     i, j : int or str
     terminal : bool
     """
+
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Apoapsis(*self._pair(system))
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,10 +199,9 @@ class PlaneCrossing(Event):
         normal = directions(self.normal, "normal of PlaneCrossing", one=True)
         object.__setattr__(self, "normal", tuple(float(component) for component in normal))
 
-    def _describe(self, system: System) -> dict[str, Any]:
-        first = self._place(system, "i")
-        second = None if self.j is None else self._place(system, "j")
-        return {**super()._describe(system), "first": first, "second": second, "normal": self.normal}
+    def _condition(self, system: System) -> _core.Condition:
+        reference = None if self.j is None else self._place(system, "j")
+        return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,9 +219,9 @@ class Escape(_OfPair):
 
     distance: Any = None
 
-    def _describe(self, system: System) -> dict[str, Any]:
-        value = _length(self.distance, system, "distance of Escape")
-        return {**super()._describe(system), "value": value}
+    def _condition(self, system: System) -> _core.Condition:
+        distance = _length(self.distance, system, "distance of Escape")
+        return _core.Condition.Escape(*self._pair(system), distance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +233,9 @@ class Alignment(_OfPair):
     i, j : int or str
     terminal : bool
     """
+
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Alignment(*self._pair(system))
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +262,7 @@ class Function(Event):
 
     f: Callable[[State], Any] = field(default=lambda state: 1.0)
 
-    def _describe(self, system: System) -> dict[str, Any]:
+    def _condition(self, system: System) -> _core.Condition:
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
@@ -264,7 +270,7 @@ class Function(Event):
             value = gathered(self.f(State._wrap(core, system._units)), "value of Function")
             return scalar(numbers(getattr(value, "value", value), "value of Function"), "value of Function")
 
-        return {**super()._describe(system), "function": call}
+        return _core.Condition.Function(call)
 
 
 @dataclass(frozen=True, slots=True)

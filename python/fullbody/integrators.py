@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args
 
 from . import _core
 from ._records import Alike
@@ -22,22 +22,20 @@ __all__ = [
     "Verner98",
 ]
 
+_Scheme = Literal["ABA864", "ABA1064", "leapfrog"]
+
 
 class Integrator(Alike):
     """Base of all integrators."""
 
     __slots__ = ()
 
-    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
-        """Name, rtol, atol, step, scheme for the core; ``strip`` turns a time into the system's units."""
-        raise NotImplementedError
-
     def _describe(self, strip: Any) -> dict[str, Any]:
-        """Name and settings in numbers."""
-        name, rtol, atol, step, scheme = self._arguments(strip)
-        if isinstance(self, _Adaptive):
-            return {"name": name, "rtol": rtol, "atol": atol}
-        return {"name": name, "step": step, **({"scheme": scheme} if scheme else {})}
+        """Name and settings in numbers, for the core and for files; ``strip`` turns a time into the system's units."""
+        settings = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        if "step" in settings:
+            settings["step"] = strip(settings["step"])
+        return {"name": type(self).__name__, **settings}
 
 
 def rebuild(described: dict[str, Any]) -> Integrator:
@@ -71,20 +69,13 @@ class _Adaptive(Integrator):
     def __post_init__(self) -> None:
         for name in ("rtol", "atol"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < 1.0:
+            if isinstance(value, bool) or not isinstance(value, int | float):
                 raise InvalidInput(f"{name} is {value!r}; expected a number from 0 to below 1")
-        if self.rtol == 0.0 and self.atol == 0.0:
-            raise InvalidInput("rtol and atol are both 0; expected at least one above zero")
-        floor = _core.tolerance_floor()
-        if self.rtol + self.atol < floor:
-            text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {floor:g}"
+        rtol, _ = _core.tolerance(self.rtol, self.atol)
+        if rtol > self.rtol:
+            text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {rtol:g}"
             warnings.warn(text, PrecisionWarning, stacklevel=3)
-            rtol = floor - self.atol
-            # Rounded up, lest the settings warn again when they are read from a file.
-            object.__setattr__(self, "rtol", rtol if rtol + self.atol >= floor else math.nextafter(rtol, 1.0))
-
-    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
-        return (type(self).__name__, self.rtol, self.atol, 0.0, "")
+            object.__setattr__(self, "rtol", rtol)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,9 +180,6 @@ class LieGroupVariational(Integrator):
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", _time(self.step))
 
-    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
-        return (type(self).__name__, 0.0, 0.0, strip(self.step), "")
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SymplecticSplitting(Integrator):
@@ -221,13 +209,9 @@ class SymplecticSplitting(Integrator):
     """
 
     step: Any
-    scheme: Literal["ABA864", "ABA1064", "leapfrog"] = "ABA864"
+    scheme: _Scheme = "ABA864"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", _time(self.step))
-        schemes = ("ABA864", "ABA1064", "leapfrog")
-        if self.scheme not in schemes:
-            raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")
-
-    def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
-        return (type(self).__name__, 0.0, 0.0, strip(self.step), self.scheme)
+        if self.scheme not in get_args(_Scheme):
+            raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {get_args(_Scheme)}")

@@ -181,7 +181,7 @@ def _check_signature(path: Path) -> None:
         begin = file.read(20)
     if not begin:
         raise InvalidInput("it is empty")
-    if begin.startswith(b"fullbody simulation"):
+    if begin.startswith((b"FULLBODY", b"fullbody simulation")):
         raise InvalidInput("it is a simulation; fullbody.Simulation.load reads it")
     if begin.startswith(b"CDF"):
         raise InvalidInput("it is NetCDF of the classic kind; runs are NetCDF-4")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import copy
 import json
-import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -28,7 +27,6 @@ __all__ = ["Simulation"]
 
 #: Under a name of its own, since the class has a property of the module's.
 _Core: TypeAlias = _core.Simulation
-_MAGIC = b"fullbody simulation\n"
 
 
 class Simulation:
@@ -62,7 +60,8 @@ class Simulation:
         self._integrator = integrator
         start = system._strip(state)
         with explaining(system, lambda: start, " at the start"):
-            self._idle = _core.Simulation(system._core, start, *integrator._arguments(self._time_of_step))
+            described = integrator._describe(self._time_of_step)
+            self._idle = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
 
     #: Whether a run or a step is under way; what is called from within one may not touch it.
     _running = False
@@ -127,25 +126,6 @@ class Simulation:
             for i, j, k, points, order in self._core.rules
         ]
 
-    def time_interaction(self, number: int = 1000, repeats: int = 5) -> float:
-        """Shortest time of one interaction of the first pair at the present state, seconds; for benchmarks.
-
-        Parameters
-        ----------
-        number, repeats : int
-            Evaluations in a measurement, and measurements of which the shortest counts.
-        """
-        return self._core.time_interaction(number, repeats)
-
-    def time_evaluation(self, number: int = 1000, repeats: int = 5) -> float:
-        """Shortest time of one evaluation of all rates of change at the present state, seconds; for benchmarks.
-
-        Parameters
-        ----------
-        number, repeats : int
-        """
-        return self._core.time_evaluation(number, repeats)
-
     def step(self, until: Any = float("inf")) -> None:
         """Take one accepted step towards a time, never beyond it; none where it is the present one."""
         end = scalar(self._system._units.strip(until, "time", "until"), "until")
@@ -193,16 +173,16 @@ class Simulation:
         if spacing is not None:
             self._refuse_flood((end - self._core.time) / spacing, output)
         watched = _events(events)
-        described = [event._describe(self._system) for event in watched]
+        conditions = [event._watched(self._system) for event in watched]
         keep = None
         if autosave is not None:
             path, seconds = _autosave(autosave)
-            keep = (seconds, lambda data: self._write(path, data))
+            keep = (seconds, lambda data: _write(path, data))
             # A place that cannot be written in is known now, not when the first file is due.
             self.save(path)
         before = self._core.statistics
         with _Bar(progress) as report, self._run() as core:
-            record, error = core.integrate(end, spacing, times, described, bool(dense), report, keep)
+            record, error = core.integrate(end, spacing, times, conditions, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
         happened, solution, (reason, _) = (record.pop(name) for name in ("events", "dense", "stop_reason"))
         run = Run(self._system, record, counts, self._integrator)
@@ -222,6 +202,8 @@ class Simulation:
             return run
         if isinstance(error, KeyboardInterrupt):
             interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
+            # Also where Ctrl-C came within a function of the caller's.
+            run.stop_reason = "interrupted"
             interrupted.run = run
             raise interrupted from None
         if isinstance(error, BodiesOverlap):
@@ -251,7 +233,7 @@ class Simulation:
         ----------
         path : str or Path
         """
-        self._write(Path(path), self._core.to_bytes())
+        _write(Path(path), self._core.to_bytes())
 
     @classmethod
     def load(cls, path: Any) -> Simulation:
@@ -275,56 +257,42 @@ class Simulation:
         except InvalidInput as error:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
-    def _to_bytes(self, core: bytes) -> bytes:
-        # The core's archive has a checksum of its own; the line before it is what this package knows, with its own.
-        system = self._system
-        head = {"system": system._describe(), "integrator": self._integrator._describe(self._time_of_step)}
-        line = json.dumps(head).encode()
-        return _MAGIC + b"%08x " % zlib.crc32(line) + line + b"\n" + core
-
     @classmethod
     def _from_bytes(cls, data: bytes) -> Simulation:
-        if not data.startswith(_MAGIC):
-            raise InvalidInput("it does not begin like one")
-        line, found, core = data[len(_MAGIC) :].partition(b"\n")
-        if not found:
-            raise InvalidInput("it is truncated within its first lines")
-        checksum, _, head = line.partition(b" ")
-        if checksum != b"%08x" % zlib.crc32(head):
-            raise InvalidInput("its first lines have been altered: their checksum does not fit")
+        core = _core.Simulation.from_bytes(data)
         try:
-            described = json.loads(head)
-            system, integrator = System._rebuild(described["system"]), rebuild(described["integrator"])
-        except (ValueError, KeyError, TypeError) as error:
-            raise InvalidInput(f"its first lines are damaged: {error}") from error
+            notes = json.loads(core.notes) if core.notes else {}
+            setup = core.setup
+            system, integrator = System._of_core(setup, notes), rebuild(setup["integrator"])
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InvalidInput(f"its notes are damaged: {error}") from error
         sim = cls.__new__(cls)
-        sim._system, sim._integrator = system, integrator
-        sim._idle = _core.Simulation.from_bytes(core)
+        sim._system, sim._integrator, sim._idle = system, integrator, core
         return sim
 
-    def _write(self, path: Path, core: bytes) -> None:
-        with replacing(path) as temporary:
-            temporary.write_bytes(self._to_bytes(core))
-
     def __deepcopy__(self, memo: Any) -> Simulation:
-        return Simulation._from_bytes(self._to_bytes(self._core.to_bytes()))
+        return Simulation._from_bytes(self._core.to_bytes())
 
     def __copy__(self) -> Simulation:
         return copy.deepcopy(self)
 
     def __reduce__(self) -> Any:
-        return (Simulation._from_bytes, (self._to_bytes(self._core.to_bytes()),))
+        return (Simulation._from_bytes, (self._core.to_bytes(),))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Simulation):
             return NotImplemented
-        first, second = (sim._to_bytes(sim._core.to_bytes()) for sim in (self, other))
-        return first == second
+        return self._core.to_bytes() == other._core.to_bytes()
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"Simulation({self._system!r}, time={self.time}, integrator={self._integrator!r})"
+
+
+def _write(path: Path, data: bytes) -> None:
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
 
 
 def _output(output: Any, units: Units) -> tuple[float | None, Any]:

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["System"]
 
-#: Options that the core takes, in its order.
-_CORE = ("gravity", "gravity_tolerance", "order", "attitude_chart", "vector_path")
-
 
 class System:
     """Bodies under their mutual gravity.
@@ -103,22 +100,24 @@ class System:
             self._G = self._units.gravitational_constant
         else:
             self._G = scalar(self._units.strip(G, "G", "G"), "G")
-        self._options: dict[str, Any] = {
-            "gravity": gravity,
-            "gravity_tolerance": _tolerance(gravity_tolerance),
-            "order": None if order is None else _order(order),
-            "attitude_chart": attitude_chart,
-            "vector_path": vector_path,
-            "epoch": None if epoch is None else _epoch.to_text(epoch),
-            "frame": frame,
-        }
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
             if not isinstance(value, str):
                 raise InvalidInput(f"{name} is {value!r}; expected text")
         core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
-        self._core = _core.System(core, self._G, *(self._options[name] for name in _CORE))
+        settings = {
+            "gravity": gravity,
+            "gravity_tolerance": _tolerance(gravity_tolerance),
+            "order": None if order is None else _order(order),
+            "attitude_chart": attitude_chart,
+            "vector_path": vector_path,
+        }
+        self._core = _core.System(core, self._G, settings)
+        named = {"epoch": None if epoch is None else _epoch.to_text(epoch), "frame": frame}
+        self._options: dict[str, Any] = self._core.settings | named
+        if self._options["order"] is not None:
+            self._options["order"] = tuple(self._options["order"])
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -344,6 +343,34 @@ class System:
             for index, body in enumerate(self._bodies)
         ]
         return {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
+
+    def _notes(self) -> dict[str, Any]:
+        """What this package alone knows of the system; the numbers are the core's."""
+        bodies = [{"shape": type(body.shape).__name__, "named": body.name is not None} for body in self._bodies]
+        return {
+            "units": self._units.names,
+            "epoch": self._options["epoch"],
+            "frame": self._options["frame"],
+            "bodies": bodies,
+        }
+
+    @classmethod
+    def _of_core(cls, setup: dict[str, Any], notes: dict[str, Any]) -> System:
+        """The system of a core's set-up and of such notes, which may be missing: a program in Rust leaves none."""
+        bodies = []
+        noted = notes.get("bodies", [{}] * len(setup["bodies"]))
+        for index, (body, note) in enumerate(zip(setup["bodies"], noted, strict=True)):
+            axes = body["semi_axes"]
+            kind = SHAPES[note.get("shape", "PointMass" if axes is None else "Ellipsoid")]
+            size = dict(zip(kind.__slots__, axes or (), strict=False))
+            if kind(**size).semi_axes != (None if axes is None else tuple(axes)):
+                raise InvalidInput(f"{body['name']} is a {kind.__name__} of semi-axes {axes}; expected fitting ones")
+            unnamed = body["name"] == f"body {index}" and not note.get("named", True)
+            name = None if unnamed else body["name"]
+            bodies.append({"name": name, "shape": kind.__name__, "size": size, "mass": body["mass"]})
+        named = {name: notes.get(name) for name in ("epoch", "frame")}
+        options = setup["settings"] | named
+        return cls._rebuild({"bodies": bodies, "G": setup["G"], "units": notes.get("units"), "options": options})
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, System) and self._describe() == other._describe()

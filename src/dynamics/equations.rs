@@ -69,6 +69,11 @@ impl Dynamics {
         self.pairs.iter_mut().zip(memory).try_for_each(|((_, _, pair), memory)| pair.recall(memory.as_ref()))
     }
 
+    /// Puts the rules in force that another object of the same system has in force.
+    pub fn copy_rules(&mut self, from: &Self) {
+        self.pairs.iter_mut().zip(&from.pairs).for_each(|((_, _, pair), (_, _, from))| pair.copy_rule(from));
+    }
+
     /// Checks a state and chooses the rules for a step of size `step` from it.
     pub fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
         self.turn(y);
@@ -257,11 +262,6 @@ impl Dynamics {
                 low[c] = carry;
             }
         }
-    }
-
-    /// Relative pose of the first two bodies.
-    pub fn first_pose(&self, y: &[f64]) -> Pose {
-        self.pose(y, 0, 1.min(self.layout.bodies - 1))
     }
 
     fn turn(&mut self, y: &[f64]) {

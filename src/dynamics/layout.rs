@@ -13,6 +13,7 @@
 use super::State;
 use crate::math::compensated::{Compensated, sum, two_sum};
 use crate::math::{Vec3, rotation};
+use crate::names::Named;
 
 /// How attitudes are integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,6 +23,12 @@ pub enum AttitudeChart {
     Quaternion,
     /// The paper's angles (phi, theta, psi), singular at theta = 90 degrees.
     TaitBryan,
+}
+
+impl Named for AttitudeChart {
+    const WHAT: &'static str = "attitude_chart";
+    const NAMES: &'static [(&'static str, Self)] =
+        &[("quaternion", Self::Quaternion), ("tait_bryan", Self::TaitBryan)];
 }
 
 impl AttitudeChart {

@@ -5,15 +5,19 @@ use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{BodyGravity, Method, Pair, Pose};
+use crate::names::Named;
 use crate::quadrature::Order;
 use crate::shape::{Body, growth};
 use pulp::Arch;
+use serde::{Deserialize, Serialize};
 
 /// The farthest separation, in the system's units and in sizes of a body, whose inverse cube is safely a double.
 const REACH: f64 = 1e100;
 
-/// How the gravity of a system is computed and its attitudes are kept.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How the gravity of a system is computed and its attitudes are kept. This is the description of the settings: archives and
+/// the Python package have theirs from it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Settings {
     /// The method of the interactions.
     pub gravity: Method,
@@ -22,8 +26,10 @@ pub struct Settings {
     /// A fixed order of the quadrature instead of the tolerance.
     pub order: Option<Order>,
     /// The attitudes' chart.
+    #[serde(with = "crate::names")]
     pub attitude_chart: AttitudeChart,
     /// The instructions of the hot loops.
+    #[serde(with = "crate::names")]
     pub vector_path: VectorPath,
 }
 
@@ -94,8 +100,11 @@ impl System {
         let arch = settings.vector_path.arch().ok_or_else(|| {
             Error::invalid(
                 "vector_path",
-                format!("{:?}", settings.vector_path),
-                format!("one that this machine has: {:?}", VectorPath::available()),
+                format!("{:?}", settings.vector_path.name()),
+                format!(
+                    "one that this machine has: {:?}",
+                    VectorPath::available().into_iter().map(VectorPath::name).collect::<Vec<_>>()
+                ),
             )
         })?;
         // Focal and surface rules settle at round-off; below that there is nothing to gain.

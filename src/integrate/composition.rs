@@ -4,8 +4,8 @@
 //! & A. Murua (2013), Appl. Numer. Math. 68, 58: for A + epsilon B, ABA(8,6,4) has errors of the size
 //! epsilon h^8 + epsilon^2 h^6 + epsilon^3 h^4, and ABA(10,6,4) epsilon h^10 in the first of these.
 
-use crate::error::{Error, Result};
-use std::str::FromStr;
+use crate::error::Result;
+use crate::names::Named;
 
 /// Two flows over a vector `high` + `low`.
 pub trait Flows {
@@ -32,29 +32,22 @@ pub trait Flows {
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
 }
 
-/// A symmetric composition.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scheme {
-    /// Half a drift, a kick, half a drift: second order.
-    Leapfrog,
-    /// Half a kick, a drift, half a kick: second order.
-    KickDriftKick,
-    /// ABA(8,6,4): seven kicks.
-    Aba864,
-    /// ABA(10,6,4): eight kicks.
-    Aba1064,
-}
-
-/// Fractions of a step up to its middle, which are mirrored there. The last drift of an even number of kicks, and the last
-/// kick of an odd number, stand alone.
-struct Half {
+/// A symmetric composition of drifts and kicks: fractions of a step up to its middle, which are mirrored there. The last drift
+/// of an even number of kicks, and the last kick of an odd number, stand alone.
+#[derive(Debug)]
+pub struct Composition {
     drifts: &'static [f64],
     kicks: &'static [f64],
 }
 
-static LEAPFROG: Half = Half { drifts: &[0.5], kicks: &[1.0] };
+/// Half a kick, a drift, half a kick: second order.
+pub static KICK_DRIFT_KICK: Composition = Composition { drifts: &[0.0, 1.0], kicks: &[0.5] };
 
-static ABA864: Half = Half {
+/// Half a drift, a kick, half a drift: second order.
+static LEAPFROG: Composition = Composition { drifts: &[0.5], kicks: &[1.0] };
+
+/// ABA(8,6,4).
+static ABA864: Composition = Composition {
     drifts: &[
         0.071133426498223117777938730006,
         0.241153427956640098736487795326,
@@ -69,7 +62,8 @@ static ABA864: Half = Half {
     ],
 };
 
-static ABA1064: Half = Half {
+/// ABA(10,6,4).
+static ABA1064: Composition = Composition {
     drifts: &[
         0.038094497422412195456975322309,
         0.145298716116913749294020072661,
@@ -85,65 +79,54 @@ static ABA1064: Half = Half {
     ],
 };
 
+/// A composition for a large and a small part, by the name that scripts use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scheme {
+    /// Half a drift, a kick, half a drift: second order.
+    Leapfrog,
+    /// ABA(8,6,4): seven kicks.
+    Aba864,
+    /// ABA(10,6,4): eight kicks.
+    Aba1064,
+}
+
+impl Named for Scheme {
+    const WHAT: &'static str = "scheme";
+    const NAMES: &'static [(&'static str, Self)] =
+        &[("ABA864", Self::Aba864), ("ABA1064", Self::Aba1064), ("leapfrog", Self::Leapfrog)];
+}
+
 impl Scheme {
-    /// Kicks of one step.
-    pub fn kicks(self) -> usize {
+    /// Its fractions.
+    pub fn composition(self) -> &'static Composition {
         match self {
-            Self::Leapfrog => 1,
-            Self::KickDriftKick => 2,
-            Self::Aba864 => 7,
-            Self::Aba1064 => 8,
+            Self::Leapfrog => &LEAPFROG,
+            Self::Aba864 => &ABA864,
+            Self::Aba1064 => &ABA1064,
         }
     }
+}
 
-    /// The name that scripts use.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Leapfrog => "leapfrog",
-            Self::KickDriftKick => "kick-drift-kick",
-            Self::Aba864 => "ABA864",
-            Self::Aba1064 => "ABA1064",
-        }
-    }
-
+impl Composition {
     /// One step. Gives the number of evaluations.
     pub fn step(
-        self,
+        &self,
         flows: &mut impl Flows,
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
     ) -> std::result::Result<u64, &'static str> {
-        let half = match self {
-            Self::KickDriftKick => {
-                let before = flows.kick(0.5 * size, high, low)?;
-                flows.drift(size, high, low)?;
-                return Ok(before + flows.kick(0.5 * size, high, low)?);
-            }
-            Self::Leapfrog => &LEAPFROG,
-            Self::Aba864 => &ABA864,
-            Self::Aba1064 => &ABA1064,
-        };
-        let kicks = self.kicks();
+        let kicks = self.drifts.len() + self.kicks.len() - 1;
         let mut evaluations = 0;
-        for k in 0..kicks {
-            flows.drift(size * half.drifts[k.min(kicks - k)], high, low)?;
-            evaluations += flows.kick(size * half.kicks[k.min(kicks - 1 - k)], high, low)?;
+        for k in 0..=kicks {
+            let drift = self.drifts[k.min(kicks - k)];
+            if drift != 0.0 {
+                flows.drift(size * drift, high, low)?;
+            }
+            if k < kicks {
+                evaluations += flows.kick(size * self.kicks[k.min(kicks - 1 - k)], high, low)?;
+            }
         }
-        flows.drift(size * half.drifts[0], high, low)?;
         Ok(evaluations)
-    }
-}
-
-impl FromStr for Scheme {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        [Self::Leapfrog, Self::Aba864, Self::Aba1064]
-            .into_iter()
-            .find(|scheme| scheme.name() == text)
-            .ok_or_else(|| {
-                Error::invalid("scheme", format!("{text:?}"), "\"leapfrog\", \"ABA864\" or \"ABA1064\"")
-            })
     }
 }

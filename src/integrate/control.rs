@@ -2,13 +2,17 @@
 //! Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, section II.4.
 
 use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 
 /// Error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Given")]
 pub struct Tolerance {
     /// Relative to the present scale of each quantity.
+    #[serde(rename = "rtol")]
     pub relative: f64,
     /// Relative to the scale at the start.
+    #[serde(rename = "atol")]
     pub absolute: f64,
 }
 
@@ -22,13 +26,34 @@ impl Tolerance {
     pub fn new(relative: f64, absolute: f64) -> Result<Self> {
         for (name, value) in [("rtol", relative), ("atol", absolute)] {
             if !(0.0..1.0).contains(&value) {
-                return Err(Error::invalid(name, value, "a number from 0 to below 1"));
+                return Err(Error::invalid(name, format!("{value:?}"), "a number from 0 to below 1"));
             }
         }
         if relative + absolute == 0.0 {
-            return Err(Error::invalid("rtol and atol", "0 both", "at least one above zero"));
+            return Err(Error::invalid("rtol + atol", "0", "at least one of the two above zero"));
         }
-        Ok(Self { relative: relative.max(Self::FLOOR - absolute), absolute })
+        let mut raised = relative.max(Self::FLOOR - absolute);
+        if raised + absolute < Self::FLOOR {
+            // Rounded up, so that a tolerance that has been raised is not raised again.
+            raised = raised.next_up();
+        }
+        Ok(Self { relative: raised, absolute })
+    }
+}
+
+/// A tolerance as a description gives it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Given {
+    rtol: f64,
+    atol: f64,
+}
+
+impl TryFrom<Given> for Tolerance {
+    type Error = Error;
+
+    fn try_from(given: Given) -> Result<Self> {
+        Self::new(given.rtol, given.atol)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Steps of one size by a composition of flows.
 
-use super::composition::{Flows, Scheme};
+use super::composition::{Composition, Flows};
 use super::stepper::{Memory, Statistics};
 use crate::error::{Error, Result};
 use crate::math::compensated::Compensated;
@@ -8,7 +8,7 @@ use crate::math::compensated::Compensated;
 /// An integration with a fixed step.
 #[derive(Debug, Clone)]
 pub struct FixedStepper {
-    scheme: Scheme,
+    composition: &'static Composition,
     size: f64,
     time: Compensated,
     high: Vec<f64>,
@@ -21,9 +21,15 @@ pub struct FixedStepper {
 
 impl FixedStepper {
     /// At a time and a vector `high` + `low`, with steps of size `size` above zero.
-    pub fn new(scheme: Scheme, size: f64, time: f64, high: Vec<f64>, low: Vec<f64>) -> Self {
+    pub fn new(
+        composition: &'static Composition,
+        size: f64,
+        time: f64,
+        high: Vec<f64>,
+        low: Vec<f64>,
+    ) -> Self {
         Self {
-            scheme,
+            composition,
             size,
             time: Compensated::new(time),
             statistics: Statistics::default(),
@@ -71,14 +77,15 @@ impl FixedStepper {
             time: [self.time.high, self.time.low],
             high: self.high.clone(),
             low: self.low.clone(),
-            next: self.size,
+            // The size belongs to the set-up.
+            next: 0.0,
             previous_error: 1.0,
             after_rejection: false,
             statistics: self.statistics,
         }
     }
 
-    /// Goes on from where another stepper of the same scheme and step was.
+    /// Goes on from where another stepper of the same composition and step was.
     pub fn recall(&mut self, memory: &Memory) {
         self.time = Compensated { high: memory.time[0], low: memory.time[1] };
         self.high.copy_from_slice(&memory.high);
@@ -108,13 +115,13 @@ impl FixedStepper {
         self.last_time = self.time;
         self.last_high.copy_from_slice(&self.high);
         self.last_low.copy_from_slice(&self.low);
-        match self.scheme.step(flows, size, &mut self.high, &mut self.low) {
+        match self.composition.step(flows, size, &mut self.high, &mut self.low) {
             Ok(evaluations) => self.statistics.evaluations += evaluations,
             Err(reason) => {
                 self.high.copy_from_slice(&self.last_high);
                 self.low.copy_from_slice(&self.last_low);
                 return Err(Error::NotConverged {
-                    what: format!("a {} step of size {size:e} at time {time}", self.scheme.name()),
+                    what: format!("a step of size {size:e} at time {time}"),
                     detail: format!("{reason}; use a shorter step"),
                 });
             }

@@ -15,7 +15,7 @@ mod verner76;
 mod verner87;
 mod verner98;
 
-pub use composition::{Flows, Scheme};
+pub use composition::{Composition, Flows, KICK_DRIFT_KICK, Scheme};
 pub use control::Tolerance;
 pub use dormand_prince54::DORMAND_PRINCE54;
 pub use fixed::FixedStepper;

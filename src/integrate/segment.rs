@@ -42,6 +42,11 @@ impl Segment {
         self.time_at(1.0)
     }
 
+    /// The vector at which it begins, and what rounding dropped of it.
+    pub fn start_vector(&self) -> (&[f64], &[f64]) {
+        (&self.high, &self.low)
+    }
+
     /// Its size, negative for a run backwards.
     pub fn size(&self) -> f64 {
         self.size

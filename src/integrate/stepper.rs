@@ -155,6 +155,17 @@ impl Stepper {
         self.known = 0;
     }
 
+    /// Starts anew at a time and a vector with nothing remembered but the counts: what follows depends on the arguments
+    /// alone. The first step is tried with the size `next`.
+    pub fn restart(&mut self, time: Compensated, high: &[f64], low: &[f64], next: f64) {
+        self.time = time;
+        self.high.copy_from_slice(high);
+        self.low.copy_from_slice(low);
+        self.next = next;
+        self.controller = Controller::new();
+        self.known = 0;
+    }
+
     /// Puts the integration to a time and a vector near the present one; the planned step size stays.
     pub fn place(&mut self, time: f64, y: &[f64]) {
         self.time = Compensated::new(time);

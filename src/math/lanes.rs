@@ -5,6 +5,7 @@
 //! [`VectorPath::Portable`] gives the same bits on every machine: one lane, no fused operations.
 
 use super::Vec3;
+use crate::names::Named;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -23,6 +24,12 @@ pub enum VectorPath {
     Avx2,
     /// AVX-512, eight lanes.
     Avx512,
+}
+
+impl Named for VectorPath {
+    const WHAT: &'static str = "vector_path";
+    const NAMES: &'static [(&'static str, Self)] =
+        &[("auto", Self::Auto), ("portable", Self::Portable), ("avx2", Self::Avx2), ("avx512", Self::Avx512)];
 }
 
 impl VectorPath {

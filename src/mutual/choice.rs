@@ -79,6 +79,11 @@ impl Pair {
         Ok(())
     }
 
+    /// Puts the rule in force that another object of the same pair has in force.
+    pub fn copy_rule(&mut self, from: &Self) {
+        self.rule.clone_from(&from.rule);
+    }
+
     /// Forgets the rule, so that the next choice does not depend on the past.
     pub fn reset(&mut self) {
         self.rule = None;

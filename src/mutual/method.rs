@@ -1,11 +1,13 @@
 //! The methods by name.
 
 use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 /// How the interaction of a pair is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Method {
     /// The paper's surface integrals.
     Surface,
@@ -37,6 +39,20 @@ impl FromStr for Method {
             _ => text.strip_prefix("multipole:").and_then(degree),
         };
         method.ok_or_else(|| Error::invalid("gravity", format!("{text:?}"), Self::EXPECTED))
+    }
+}
+
+impl TryFrom<String> for Method {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<Method> for String {
+    fn from(method: Method) -> Self {
+        method.to_string()
     }
 }
 

@@ -25,7 +25,7 @@ impl PyBody {
         mass: Option<f64>,
         density: Option<f64>,
     ) -> Result<Self, Error> {
-        let shape = semi_axes.map_or(Ok(Shape::Point), Shape::ellipsoid)?;
+        let shape = Shape::try_from(semi_axes)?;
         let inner = match (mass, density) {
             (Some(mass), None) => Body::with_mass(name, shape, mass),
             (None, Some(density)) => Body::with_density(name, shape, density),

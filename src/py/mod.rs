@@ -3,7 +3,9 @@
 
 mod arrays;
 mod bodies;
+mod descriptions;
 mod errors;
+mod events;
 mod orbits;
 mod runs;
 mod systems;
@@ -15,9 +17,11 @@ mod _core {
     #[pymodule_export]
     use super::bodies::{PyBody, exterior_gravity};
     #[pymodule_export]
+    use super::events::PyCondition;
+    #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]
-    use super::runs::{PyDense, PySimulation, tolerance_floor};
+    use super::runs::{PyDense, PySimulation, tolerance};
     #[pymodule_export]
     use super::systems::{PyState, PySystem, vector_paths};
 }

@@ -1,19 +1,18 @@
 //! Simulations and what they record.
 
 use super::arrays::array;
+use super::descriptions::{from_python, to_python};
+use super::events::{PyCondition, Raised, keep};
 use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::integrate::Tolerance;
 use crate::math::Vec3;
-use crate::trajectory::{
-    Condition, Dense, Event, Integrator, Output, Progress, Run, Simulation, StopReason, Trajectory,
-};
+use crate::trajectory::{Dense, Event, Output, Progress, Run, Simulation, StopReason, Trajectory};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::ops::ControlFlow;
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 type RuleRow = (usize, usize, usize, usize, (usize, usize));
@@ -25,34 +24,18 @@ pub struct PySimulation {
     inner: Simulation,
 }
 
-/// What to watch for, as the package describes it.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct EventData {
-    kind: String,
-    first: usize,
-    second: Option<usize>,
-    value: f64,
-    normal: [f64; 3],
-    function: Option<Py<PyAny>>,
-    direction: i8,
-    terminal: bool,
-}
-
 #[pymethods]
 impl PySimulation {
     #[new]
     fn new(
         system: &PySystem,
         state: &PyState,
-        integrator: &str,
-        rtol: f64,
-        atol: f64,
-        step: f64,
-        scheme: &str,
-    ) -> Result<Self, Error> {
-        let integrator = Integrator::named(integrator, (rtol, atol), step, scheme)?;
-        Ok(Self { inner: Simulation::new(&system.inner, &state.inner, integrator)? })
+        integrator: &Bound<'_, PyDict>,
+        notes: String,
+    ) -> PyResult<Self> {
+        let mut inner = Simulation::new(&system.inner, &state.inner, from_python(integrator)?)?;
+        inner.notes = notes;
+        Ok(Self { inner })
     }
 
     /// The simulation that `to_bytes` wrote.
@@ -63,6 +46,18 @@ impl PySimulation {
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
+    }
+
+    /// What the simulation was made with: bodies, G, settings, integrator.
+    #[getter]
+    fn setup<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.inner.setup())
+    }
+
+    /// Text that is kept with it.
+    #[getter]
+    fn notes(&self) -> &str {
+        &self.inner.notes
     }
 
     #[getter]
@@ -97,16 +92,6 @@ impl PySimulation {
         self.inner.dynamics().pairs().filter_map(rule).collect()
     }
 
-    /// Shortest time of an evaluation of the rates of change at the present state, seconds.
-    fn time_evaluation(&mut self, py: Python<'_>, number: usize, repeats: usize) -> Result<f64, Error> {
-        py.detach(|| self.inner.time_evaluation(number, repeats))
-    }
-
-    /// Shortest time of an interaction of the first pair at the present state, seconds.
-    fn time_interaction(&self, py: Python<'_>, number: usize, repeats: usize) -> f64 {
-        py.detach(|| self.inner.time_interaction(number, repeats))
-    }
-
     fn step(&mut self, py: Python<'_>, end: f64) -> Result<(), Error> {
         py.detach(|| self.inner.step(end))
     }
@@ -122,7 +107,7 @@ impl PySimulation {
         until: f64,
         spacing: Option<f64>,
         times: Option<Vec<f64>>,
-        events: Vec<EventData>,
+        events: Vec<(Bound<'py, PyCondition>, i8, bool)>,
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
@@ -132,9 +117,13 @@ impl PySimulation {
             (Some(spacing), None) => Output::Spacing(spacing),
             (None, None) => Output::Steps,
         };
-        let raised = Arc::new(Mutex::new(None));
-        let mut watched =
-            events.into_iter().map(|event| watch(event, &raised)).collect::<Result<Vec<_>, Error>>()?;
+        let raised = Raised::default();
+        let watch = |(condition, direction, terminal): &(Bound<'py, PyCondition>, i8, bool)| Event {
+            condition: condition.get().condition(py, &raised),
+            direction: *direction,
+            terminal: *terminal,
+        };
+        let mut watched: Vec<_> = events.iter().map(watch).collect();
         let mut record = Trajectory::new(self.inner.state().bodies());
         let mut saved = Instant::now();
         let outcome = py.detach(|| {
@@ -212,47 +201,11 @@ impl PyDense {
     }
 }
 
-/// Smallest sum of the tolerances that the adaptive integrators work with.
+/// Tolerances (rtol, atol) as the integrators use them: where both are below what doubles can do, rtol is raised.
 #[pyfunction]
-pub fn tolerance_floor() -> f64 {
-    Tolerance::FLOOR
-}
-
-fn watch(event: EventData, raised: &Arc<Mutex<Option<PyErr>>>) -> Result<Event<'static>, Error> {
-    let EventData { kind, first, second, value, normal, function, direction, terminal } = event;
-    let other = second.unwrap_or(first);
-    let condition = match (kind.as_str(), function) {
-        ("Separation", _) => Condition::Separation { first, second: other, value },
-        ("Contact", _) => Condition::Contact { first, second: other },
-        ("Periapsis", _) => Condition::Periapsis { first, second: other },
-        ("Apoapsis", _) => Condition::Apoapsis { first, second: other },
-        ("PlaneCrossing", _) => {
-            Condition::PlaneCrossing { body: first, reference: second, normal: Vec3::from(normal) }
-        }
-        ("Escape", _) => Condition::Escape { first, second: other, distance: value },
-        ("Alignment", _) => Condition::Alignment { body: first, other },
-        ("Function", Some(function)) => {
-            let raised = raised.clone();
-            Condition::Function(Box::new(move |state: &State| {
-                let value = Python::attach(|py| {
-                    function.call1(py, (PyState { inner: state.clone() },))?.extract::<f64>(py)
-                });
-                value.map_err(|error| {
-                    keep(&raised, error);
-                    Error::invalid("value of an event's function", "an exception", "a number")
-                })
-            }))
-        }
-        (other, _) => return Err(Error::invalid("event", format!("{other:?}"), "one of fullbody.events")),
-    };
-    Ok(Event { condition, direction, terminal })
-}
-
-/// Keeps the first exception of a run.
-fn keep(raised: &Mutex<Option<PyErr>>, error: PyErr) {
-    if let Ok(mut slot) = raised.lock() {
-        slot.get_or_insert(error);
-    }
+pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64), Error> {
+    let tolerance = Tolerance::new(rtol, atol)?;
+    Ok((tolerance.relative, tolerance.absolute))
 }
 
 fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {

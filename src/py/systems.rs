@@ -2,14 +2,16 @@
 
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
-use crate::dynamics::{AttitudeChart, Settings, State, System};
+use super::descriptions::{from_python, to_python};
+use crate::dynamics::{State, System};
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
-use crate::quadrature::Order;
+use crate::names::Named;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -106,32 +108,19 @@ pub struct PySystem {
 #[pymethods]
 impl PySystem {
     #[new]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         bodies: Vec<PyRef<'_, PyBody>>,
         gravitational_constant: f64,
-        gravity: &str,
-        gravity_tolerance: f64,
-        order: Option<(usize, usize)>,
-        attitude_chart: &str,
-        vector_path: &str,
-    ) -> Result<Self, Error> {
-        let settings = Settings {
-            gravity: gravity.parse()?,
-            gravity_tolerance,
-            order: order.map(|(gauss, angles)| Order { gauss, angles }),
-            attitude_chart: match attitude_chart {
-                "quaternion" => AttitudeChart::Quaternion,
-                "tait_bryan" => AttitudeChart::TaitBryan,
-                other => {
-                    let expected = "\"quaternion\" or \"tait_bryan\"";
-                    return Err(Error::invalid("attitude_chart", format!("{other:?}"), expected));
-                }
-            },
-            vector_path: path(vector_path)?,
-        };
+        settings: &Bound<'_, PyDict>,
+    ) -> PyResult<Self> {
         let bodies = bodies.iter().map(|body| body.inner.clone()).collect();
-        Ok(Self { inner: System::new(bodies, gravitational_constant, settings)? })
+        Ok(Self { inner: System::new(bodies, gravitational_constant, from_python(settings)?)? })
+    }
+
+    /// The settings as the core has them.
+    #[getter]
+    fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.inner.settings())
     }
 
     /// Force (N, 3), torque (N, 3), potential energy.
@@ -159,23 +148,8 @@ fn vector<'py>(py: Python<'py>, v: Vec3) -> PyResult<Array<'py>> {
     array(py, v.as_slice().to_vec(), &[3])
 }
 
-const PATHS: [(&str, VectorPath); 4] = [
-    ("auto", VectorPath::Auto),
-    ("portable", VectorPath::Portable),
-    ("avx2", VectorPath::Avx2),
-    ("avx512", VectorPath::Avx512),
-];
-
-fn path(name: &str) -> Result<VectorPath, Error> {
-    let known = PATHS.iter().find(|(n, _)| *n == name).map(|(_, path)| *path);
-    known.ok_or_else(|| {
-        Error::invalid("vector_path", format!("{name:?}"), "\"auto\", \"portable\", \"avx2\" or \"avx512\"")
-    })
-}
-
 /// Names of the vector paths that this machine can run.
 #[pyfunction]
 pub fn vector_paths() -> Vec<&'static str> {
-    let available = VectorPath::available();
-    PATHS.iter().filter(|(_, path)| available.contains(path)).map(|(name, _)| *name).collect()
+    VectorPath::available().into_iter().map(VectorPath::name).collect()
 }

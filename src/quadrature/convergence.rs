@@ -24,15 +24,29 @@ use crate::math::lanes::Lanes;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Ellipsoid;
 use pulp::Scalar;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Order of a product rule: Gauss points in one direction, equal angles in the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "[usize; 2]", into = "[usize; 2]")]
 pub struct Order {
     /// Latitudes of the surface rule, radii of the focal rule.
     pub gauss: usize,
     /// Angles.
     pub angles: usize,
+}
+
+impl From<[usize; 2]> for Order {
+    fn from([gauss, angles]: [usize; 2]) -> Self {
+        Self { gauss, angles }
+    }
+}
+
+impl From<Order> for [usize; 2] {
+    fn from(order: Order) -> Self {
+        [order.gauss, order.angles]
+    }
 }
 
 impl Order {

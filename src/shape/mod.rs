@@ -11,9 +11,11 @@ pub use ellipsoid::Ellipsoid;
 
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
+use serde::{Deserialize, Serialize};
 
-/// What a body looks like.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What a body looks like. Described by its semi-axes; none for a point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Option<[f64; 3]>", into = "Option<[f64; 3]>")]
 pub enum Shape {
     /// A homogeneous ellipsoid.
     Ellipsoid(Ellipsoid),
@@ -22,11 +24,12 @@ pub enum Shape {
 }
 
 /// A shape with a mass.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// The name that errors and tables use.
     pub name: String,
     /// The shape.
+    #[serde(rename = "semi_axes")]
     pub shape: Shape,
     /// Mass in the system's units.
     pub mass: f64,
@@ -57,6 +60,23 @@ impl Body {
         match self.shape {
             Shape::Ellipsoid(e) => e.inertia_per_mass() * self.mass,
             Shape::Point => Vec3::zeros(),
+        }
+    }
+}
+
+impl TryFrom<Option<[f64; 3]>> for Shape {
+    type Error = Error;
+
+    fn try_from(semi_axes: Option<[f64; 3]>) -> Result<Self> {
+        semi_axes.map_or(Ok(Self::Point), Self::ellipsoid)
+    }
+}
+
+impl From<Shape> for Option<[f64; 3]> {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Ellipsoid(e) => Some(e.semi_axes()),
+            Shape::Point => None,
         }
     }
 }

@@ -8,100 +8,93 @@
 //! | 4 | CRC-32 of the contents |
 //! | | the contents in the postcard format |
 //!
-//! The contents hold all that decides how a run goes on: the bodies, the low parts of the vector, the controller's memory, the
-//! quadrature rules in force. A run that goes on from them equals the unbroken one bit for bit, on a machine with
-//! the same vector instructions.
+//! The contents hold the set-up once, as text, and all that decides how the run goes on, in binary: a run that goes on from
+//! them equals the unbroken one bit for bit, on a machine with the same vector instructions.
 
+use super::checkpoint::Checkpoint;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
-use crate::dynamics::{AttitudeChart, Inner, Settings, System};
+use crate::dynamics::{Inner, Settings, System};
 use crate::error::{Error, Result};
-use crate::integrate::{Memory, Scheme, Tolerance};
-use crate::math::lanes::VectorPath;
-use crate::mutual::RuleMemory;
-use crate::quadrature::Order;
-use crate::shape::{Body, Shape};
+use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
-/// The layout that is written. Earlier ones are still read.
-pub const ARCHIVE_VERSION: u32 = 1;
+/// The layout that is written, and the only one that is read.
+pub const ARCHIVE_VERSION: u32 = 2;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
+/// What the Python package of version 0.1.0, whose layout was 1, wrote before the core's bytes.
+const BEFORE_LAYOUT_1: &[u8] = b"fullbody simulation\n";
 
-/// Layout 1. Its fields and theirs stay as they are: a change is a new layout.
+/// What a simulation was made with. The one description of it: archives hold this, and the Python package makes its own objects
+/// from it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Setup {
+    /// The bodies.
+    pub bodies: Vec<Body>,
+    /// The gravitational constant.
+    #[serde(rename = "G")]
+    pub gravitational_constant: f64,
+    /// How gravity is computed and attitudes are kept.
+    pub settings: Settings,
+    /// The integrator.
+    pub integrator: Integrator,
+}
+
+/// Layout 2. Its fields and theirs stay as they are: a change is a new layout.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,
-    bodies: Vec<BodyData>,
-    gravitational_constant: f64,
-    gravity: String,
-    gravity_tolerance: f64,
-    order: Option<[u32; 2]>,
-    chart: u8,
-    vector_path: u8,
-    integrator: String,
-    parameters: [f64; 2],
+    /// The [`Setup`] as JSON, where everything has its name.
+    setup: String,
+    notes: String,
+    start: Start,
+    now: Checkpoint,
+}
+
+/// What the start decides for the whole run. What else is measured against the start has its place here.
+#[derive(Serialize, Deserialize)]
+struct Start {
     epoch: f64,
     barycentre: [f64; 3],
     barycentre_velocity: [f64; 3],
+    /// Scales per body that absolute tolerances refer to: position, velocity, spin.
     scales: Vec<[f64; 3]>,
-    rules: Vec<Option<RuleMemory>>,
-    memory: Memory,
-    loads: Option<Vec<[f64; 6]>>,
 }
-
-#[derive(Serialize, Deserialize)]
-struct BodyData {
-    name: String,
-    semi_axes: Option<[f64; 3]>,
-    mass: f64,
-}
-
-const CHARTS: [AttitudeChart; 2] = [AttitudeChart::Quaternion, AttitudeChart::TaitBryan];
-const PATHS: [VectorPath; 4] = [VectorPath::Auto, VectorPath::Portable, VectorPath::Avx2, VectorPath::Avx512];
 
 impl Simulation {
+    /// What the simulation was made with.
+    pub fn setup(&self) -> Setup {
+        let system = self.system();
+        Setup {
+            bodies: system.bodies().to_vec(),
+            gravitational_constant: system.gravitational_constant(),
+            settings: *system.settings(),
+            integrator: self.integrator,
+        }
+    }
+
     /// The simulation as bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        let system = self.system();
-        let settings = system.settings();
-        let place = |found: Option<usize>| found.unwrap_or_default() as u8;
-        let (integrator, parameters) = describe(self.integrator);
-        let (memory, loads) = self.mover.memory();
+        let unwritable = |error: &dyn std::fmt::Display| {
+            Error::invalid("a simulation", error, "one that an archive can hold")
+        };
         let contents = Contents {
             producer: format!("fullbody {}", env!("CARGO_PKG_VERSION")),
-            bodies: system
-                .bodies()
-                .iter()
-                .map(|body| BodyData {
-                    name: body.name.clone(),
-                    semi_axes: match body.shape {
-                        Shape::Ellipsoid(e) => Some(e.semi_axes()),
-                        Shape::Point => None,
-                    },
-                    mass: body.mass,
-                })
-                .collect(),
-            gravitational_constant: system.gravitational_constant(),
-            gravity: settings.gravity.to_string(),
-            gravity_tolerance: settings.gravity_tolerance,
-            order: settings.order.map(|order| [order.gauss as u32, order.angles as u32]),
-            chart: place(CHARTS.iter().position(|chart| *chart == settings.attitude_chart)),
-            vector_path: place(PATHS.iter().position(|path| *path == settings.vector_path)),
-            integrator: integrator.to_owned(),
-            parameters,
-            epoch: self.inner.epoch,
-            barycentre: self.inner.barycentre,
-            barycentre_velocity: self.inner.barycentre_velocity,
-            scales: self.motion.initial.clone(),
-            rules: self.motion.equations.memory(),
-            memory,
-            loads,
+            setup: serde_json::to_string(&self.setup()).map_err(|error| unwritable(&error))?,
+            notes: self.notes.clone(),
+            start: Start {
+                epoch: self.inner.epoch,
+                barycentre: self.inner.barycentre,
+                barycentre_velocity: self.inner.barycentre_velocity,
+                scales: self.motion.initial.clone(),
+            },
+            now: self.checkpoint(),
         };
-        let contents = postcard::to_stdvec(&contents)
-            .map_err(|error| Error::invalid("a simulation", error, "one that an archive can hold"))?;
+        let contents = postcard::to_stdvec(&contents).map_err(|error| unwritable(&error))?;
         let mut bytes = Vec::with_capacity(HEADER + contents.len());
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&ARCHIVE_VERSION.to_le_bytes());
@@ -113,15 +106,19 @@ impl Simulation {
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let contents: Contents = postcard::from_bytes(contents(bytes)?)
-            .map_err(|error| refuse(format!("unreadable ({error})"), "the contents of layout 1"))?;
+        let contents: Contents = postcard::from_bytes(contents(bytes)?).map_err(|error| {
+            refuse(format!("unreadable ({error})"), &format!("the contents of layout {ARCHIVE_VERSION}"))
+        })?;
         contents.restore()
     }
 }
 
 /// The contents behind a sound header.
 fn contents(bytes: &[u8]) -> Result<&[u8]> {
-    if bytes.len() < MAGIC.len() || !bytes.starts_with(MAGIC) {
+    if bytes.starts_with(BEFORE_LAYOUT_1) {
+        return Err(other_layout(1));
+    }
+    if !bytes.starts_with(MAGIC) {
         return Err(refuse("something else".to_owned(), "a file that begins with FULLBODY"));
     }
     let Some((header, contents)) = bytes.split_at_checked(HEADER) else {
@@ -132,8 +129,7 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
     };
     let (version, length, checksum) = (number(8, 12), number(12, 20), number(20, 24));
     if version != u64::from(ARCHIVE_VERSION) {
-        let expected = format!("layout {ARCHIVE_VERSION}; a newer fullbody may read it");
-        return Err(refuse(format!("of layout {version}"), &expected));
+        return Err(other_layout(version));
     }
     if contents.len() as u64 != length {
         let what = if (contents.len() as u64) < length { "truncated" } else { "too long" };
@@ -152,80 +148,56 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
     Ok(contents)
 }
 
+fn other_layout(version: u64) -> Error {
+    let from = match version {
+        1 => ", that of fullbody 0.1.0",
+        version if version > u64::from(ARCHIVE_VERSION) => ", that of a newer fullbody",
+        _ => "",
+    };
+    refuse(
+        format!("of layout {version}{from}"),
+        &format!("layout {ARCHIVE_VERSION}: a simulation is read by the version of fullbody that wrote it"),
+    )
+}
+
 fn refuse(value: String, expected: &str) -> Error {
     Error::invalid("the archive", value, expected)
 }
 
 impl Contents {
     fn restore(self) -> Result<Simulation> {
-        let bodies = self
-            .bodies
-            .iter()
-            .map(|body| {
-                let shape = body.semi_axes.map_or(Ok(Shape::Point), Shape::ellipsoid)?;
-                Body::with_mass(body.name.clone(), shape, body.mass)
-            })
-            .collect::<Result<Vec<_>>>()?;
-        let unknown = |what: &str, value: u8| refuse(format!("of {what} {value}"), "a known one");
-        let settings = Settings {
-            gravity: self.gravity.parse()?,
-            gravity_tolerance: self.gravity_tolerance,
-            order: self.order.map(|[gauss, angles]| Order { gauss: gauss as usize, angles: angles as usize }),
-            attitude_chart: *CHARTS
-                .get(usize::from(self.chart))
-                .ok_or_else(|| unknown("chart", self.chart))?,
-            vector_path: *PATHS
-                .get(usize::from(self.vector_path))
-                .ok_or_else(|| unknown("vector path", self.vector_path))?,
-        };
-        let system = System::new(bodies, self.gravitational_constant, settings)?;
-        let layout = system.layout();
-        let dimension = layout.dimension();
-        let sound = self.memory.high.len() == dimension
-            && self.memory.low.len() == dimension
-            && self.scales.len() == layout.bodies
-            && self.loads.as_ref().is_none_or(|loads| loads.len() == layout.bodies);
-        if !sound {
-            return Err(refuse(
-                "of vectors that do not fit its bodies".to_owned(),
-                &format!("{dimension} numbers"),
-            ));
-        }
-        let integrator = recognise(&self.integrator, self.parameters)?;
+        let setup: Setup = serde_json::from_str(&self.setup).map_err(|error| {
+            refuse(format!("of a set-up that is damaged ({error})"), "one that can be read")
+        })?;
+        let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
+        let system =
+            System::new(bodies.collect::<Result<_>>()?, setup.gravitational_constant, setup.settings)?;
+        let (time, high, low) = self.now.place();
         let inner = Inner {
-            layout,
-            high: self.memory.high.clone(),
-            low: self.memory.low.clone(),
-            epoch: self.epoch,
-            barycentre: self.barycentre,
-            barycentre_velocity: self.barycentre_velocity,
+            layout: system.layout(),
+            high: high.to_vec(),
+            low: low.to_vec(),
+            epoch: self.start.epoch,
+            barycentre: self.start.barycentre,
+            barycentre_velocity: self.start.barycentre_velocity,
         };
+        self.now.check(inner.layout)?;
+        if self.start.scales.len() != inner.layout.bodies {
+            let expected = format!("{}, as of bodies", inner.layout.bodies);
+            return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
+        }
         let mut motion = Motion::new(system.dynamics(), &inner.high);
-        motion.initial = self.scales;
-        motion.equations.recall(&self.rules)?;
-        let mut mover = Mover::new(integrator, &motion, &inner, self.memory.time[0])?;
-        mover.recall(&self.memory, self.loads.as_deref());
-        Ok(Simulation { motion, inner, integrator, mover })
-    }
-}
-
-fn describe(integrator: Integrator) -> (&'static str, [f64; 2]) {
-    let pair = |name, t: Tolerance| (name, [t.relative, t.absolute]);
-    match integrator {
-        Integrator::DormandPrince54(t) => pair("DormandPrince54", t),
-        Integrator::Verner65(t) => pair("Verner65", t),
-        Integrator::Verner76(t) => pair("Verner76", t),
-        Integrator::Verner87(t) => pair("Verner87", t),
-        Integrator::Verner98(t) => pair("Verner98", t),
-        Integrator::LieGroupVariational { step } => ("LieGroupVariational", [step, 0.0]),
-        Integrator::SymplecticSplitting { step, scheme } => (scheme.name(), [step, 0.0]),
-    }
-}
-
-fn recognise(name: &str, [first, second]: [f64; 2]) -> Result<Integrator> {
-    // A splitting is written under its scheme's name.
-    match name.parse::<Scheme>() {
-        Ok(scheme) => Ok(Integrator::SymplecticSplitting { step: first, scheme }),
-        Err(_) => Integrator::named(name, (first, second), first, ""),
+        motion.initial = self.start.scales;
+        let mover = Mover::new(setup.integrator, &motion, &inner, time)?;
+        let mut simulation = Simulation {
+            motion,
+            inner,
+            integrator: setup.integrator,
+            mover,
+            given: false,
+            notes: self.notes,
+        };
+        simulation.go_back(&self.now)?;
+        Ok(simulation)
     }
 }

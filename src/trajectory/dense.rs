@@ -11,20 +11,25 @@ use crate::integrate::Segment;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     inner: Inner,
-    first: State,
     segments: Vec<Segment>,
     start: f64,
     end: f64,
+    /// The state at the end.
+    last: State,
 }
 
 impl Dense {
-    pub(super) fn new(inner: &Inner, first: State, start: f64) -> Self {
-        Self { inner: inner.clone(), first, segments: Vec::new(), start, end: start }
+    /// Of no length yet, at a state.
+    pub(super) fn new(inner: &Inner, state: State) -> Self {
+        Self { inner: inner.clone(), segments: Vec::new(), start: state.time, end: state.time, last: state }
     }
 
-    pub(super) fn push(&mut self, segment: &Segment, end: f64) {
-        self.segments.push(segment.clone());
-        self.end = end;
+    /// Adds a step, or the part of it before a terminal event, which ends in a state.
+    pub(super) fn extend(&mut self, pieces: &[Segment], last: State) {
+        let within = pieces.iter().filter(|piece| (piece.start() < last.time) == (self.start < last.time));
+        self.segments.extend(within.cloned());
+        self.end = last.time;
+        self.last = last;
     }
 
     /// First and last time, in the direction of the run.
@@ -52,20 +57,32 @@ impl Dense {
                 format!("one from {low} to {high}, which the run covers"),
             ));
         }
-        if self.segments.is_empty() {
-            return Ok(self.first.clone());
+        if time == self.end {
+            return Ok(self.last.clone());
         }
-        let forward = self.end >= self.start;
-        let after =
-            self.segments.partition_point(|s| if forward { s.start() <= time } else { s.start() >= time });
-        let segment = &self.segments[after.saturating_sub(1)];
+        let segment = piece_at(&self.segments, time, self.end > self.start);
         let mut y = vec![0.0; self.inner.high.len()];
-        segment.at(segment.fraction(time), &mut y);
-        Ok(self.inner.state(time, &y, &vec![0.0; y.len()]))
+        Ok(state_within(&self.inner, segment, time, &mut y))
     }
 
     /// The states at many times, in any order.
     pub fn states(&self, times: &[f64]) -> Result<Vec<State>> {
         times.iter().map(|&time| self.state(time)).collect()
     }
+}
+
+/// The polynomial to take at a time, of pieces that follow each other forwards or backwards.
+pub(super) fn piece_at(pieces: &[Segment], time: f64, forward: bool) -> &Segment {
+    let after = pieces.partition_point(|p| if forward { p.start() <= time } else { p.start() >= time });
+    &pieces[after.saturating_sub(1)]
+}
+
+/// The state at a time within a piece, and its vector into `y`. Where the piece begins, it is the state of the step itself.
+pub(super) fn state_within(inner: &Inner, piece: &Segment, time: f64, y: &mut [f64]) -> State {
+    piece.at(piece.fraction(time), y);
+    if time == piece.start() {
+        let (high, low) = piece.start_vector();
+        return inner.state(time, high, low);
+    }
+    inner.state(time, y, &vec![0.0; y.len()])
 }

@@ -1,12 +1,15 @@
-//! The integrators behind one name.
+//! The integrators by name.
 
-use crate::error::{Error, Result, require_positive};
+use crate::dynamics::Parts;
 use crate::integrate::{
-    DORMAND_PRINCE54, Scheme, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER98,
+    Composition, DORMAND_PRINCE54, KICK_DRIFT_KICK, Scheme, Tableau, Tolerance, VERNER65, VERNER76, VERNER87,
+    VERNER98,
 };
+use serde::{Deserialize, Serialize};
 
-/// An integrator with its settings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// An integrator with its settings. This is their description: archives and the Python package have theirs from it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", deny_unknown_fields)]
 pub enum Integrator {
     /// The pair of Dormand and Prince of orders 5 and 4; interpolant of order 4 without further evaluations.
     DormandPrince54(Tolerance),
@@ -29,47 +32,31 @@ pub enum Integrator {
         /// Size of the steps.
         step: f64,
         /// How drifts and kicks follow each other.
+        #[serde(with = "crate::names")]
         scheme: Scheme,
     },
 }
 
-/// What is behind an integrator.
-pub(super) enum Engine {
-    Pair(&'static Tableau, Tolerance),
-    Composition(Scheme, f64),
+/// How an integrator makes its steps.
+pub(super) enum Steps {
+    /// By a Runge-Kutta pair, their size controlled by a tolerance.
+    Controlled(&'static Tableau, Tolerance),
+    /// By a composition of the flows of two parts, of one size.
+    Fixed(&'static Composition, Parts, f64),
 }
 
 impl Integrator {
-    /// The integrator of a name, with the tolerances (relative, absolute) or the step and scheme that it takes.
-    pub fn named(name: &str, tolerances: (f64, f64), step: f64, scheme: &str) -> Result<Self> {
-        let tolerance = || Tolerance::new(tolerances.0, tolerances.1);
-        Ok(match name {
-            "DormandPrince54" => Self::DormandPrince54(tolerance()?),
-            "Verner65" => Self::Verner65(tolerance()?),
-            "Verner76" => Self::Verner76(tolerance()?),
-            "Verner87" => Self::Verner87(tolerance()?),
-            "Verner98" => Self::Verner98(tolerance()?),
-            "LieGroupVariational" => Self::LieGroupVariational { step },
-            "SymplecticSplitting" => Self::SymplecticSplitting { step, scheme: scheme.parse()? },
-            other => return Err(Error::invalid("integrator", format!("{other:?}"), "one of fullbody's")),
-        })
-    }
-
-    pub(super) fn engine(self) -> Result<Engine> {
-        Ok(match self {
-            Self::DormandPrince54(tolerance) => Engine::Pair(&DORMAND_PRINCE54, tolerance),
-            Self::Verner65(tolerance) => Engine::Pair(&VERNER65, tolerance),
-            Self::Verner76(tolerance) => Engine::Pair(&VERNER76, tolerance),
-            Self::Verner87(tolerance) => Engine::Pair(&VERNER87, tolerance),
-            Self::Verner98(tolerance) => Engine::Pair(&VERNER98, tolerance),
-            Self::LieGroupVariational { step } => {
-                require_positive("step", step)?;
-                Engine::Composition(Scheme::KickDriftKick, step)
-            }
+    pub(super) fn steps(self) -> Steps {
+        match self {
+            Self::DormandPrince54(tolerance) => Steps::Controlled(&DORMAND_PRINCE54, tolerance),
+            Self::Verner65(tolerance) => Steps::Controlled(&VERNER65, tolerance),
+            Self::Verner76(tolerance) => Steps::Controlled(&VERNER76, tolerance),
+            Self::Verner87(tolerance) => Steps::Controlled(&VERNER87, tolerance),
+            Self::Verner98(tolerance) => Steps::Controlled(&VERNER98, tolerance),
+            Self::LieGroupVariational { step } => Steps::Fixed(&KICK_DRIFT_KICK, Parts::Free, step),
             Self::SymplecticSplitting { step, scheme } => {
-                require_positive("step", step)?;
-                Engine::Composition(scheme, step)
+                Steps::Fixed(scheme.composition(), Parts::Kepler, step)
             }
-        })
+        }
     }
 }

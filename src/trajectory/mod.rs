@@ -4,6 +4,7 @@
 //! continuous solution. The one room where physics and integrator meet.
 
 mod archive;
+mod checkpoint;
 mod dense;
 mod events;
 mod integrator;
@@ -13,7 +14,7 @@ mod output;
 mod record;
 mod simulation;
 
-pub use archive::ARCHIVE_VERSION;
+pub use archive::{ARCHIVE_VERSION, Setup};
 pub use dense::Dense;
 pub use events::{Condition, Event, Occurrence, SAMPLES, StateFunction};
 pub use integrator::Integrator;

@@ -1,9 +1,9 @@
 //! What moves a simulation: a Runge-Kutta pair or a composition of flows, with one face.
 
-use super::integrator::{Engine, Integrator};
+use super::integrator::{Integrator, Steps};
 use super::motion::{Motion, Parted};
-use crate::dynamics::{Inner, Parts, Splitting};
-use crate::error::{Error, Result};
+use crate::dynamics::{Inner, Splitting};
+use crate::error::{Error, Result, require_positive};
 use crate::integrate::{FixedStepper, Memory, Segment, Statistics, Stepper, Tolerance, VERNER98};
 
 /// Tolerance of the runs between the ends of fixed steps.
@@ -26,7 +26,9 @@ pub(super) struct Fixed {
     pieces: Vec<Segment>,
 }
 
-/// Verner 9(8) from the last step's start. It has rules of its own, so that looking between does not disturb the steps.
+/// Verner 9(8) from the last step's start to its end. It works on a copy of the equations, so that looking between the ends
+/// does not disturb the steps, and begins with the rules that were in force in the step and with nothing else from before: the
+/// pieces depend on the step alone, however often one looks, and after a restart too.
 #[derive(Debug, Clone)]
 struct Bridge {
     motion: Motion,
@@ -36,17 +38,14 @@ struct Bridge {
 impl Mover {
     pub fn new(integrator: Integrator, motion: &Motion, inner: &Inner, time: f64) -> Result<Self> {
         let (high, low) = (inner.high.clone(), inner.low.clone());
-        Ok(match integrator.engine()? {
-            Engine::Pair(tableau, tolerance) => {
+        Ok(match integrator.steps() {
+            Steps::Controlled(tableau, tolerance) => {
                 Self::Adaptive(Box::new(Stepper::new(tableau, tolerance, time, high, low)))
             }
-            Engine::Composition(scheme, step) => {
-                let parts = match integrator {
-                    Integrator::LieGroupVariational { .. } => Parts::Free,
-                    _ => Parts::Kepler,
-                };
+            Steps::Fixed(composition, parts, size) => {
+                require_positive("step", size)?;
                 Self::Fixed(Box::new(Fixed {
-                    stepper: FixedStepper::new(scheme, step, time, high, low),
+                    stepper: FixedStepper::new(composition, size, time, high, low),
                     splitting: Splitting::new(&motion.equations, parts)?,
                     bridge: None,
                     formed: false,
@@ -158,15 +157,12 @@ impl Fixed {
                 self.bridge.insert(Bridge { motion: motion.clone(), stepper })
             }
         };
-        let before = bridge.stepper.memory();
-        bridge.stepper.recall(&Memory {
-            time: [start.high, start.low],
-            high: high.to_vec(),
-            low: low.to_vec(),
-            ..before
-        });
-        let evaluations = before.statistics.evaluations;
         let end = self.stepper.time();
+        let size = (end - start.high) - start.low;
+        bridge.motion.equations.copy_rules(&motion.equations);
+        // One piece is enough for most steps, and its error shortens the others.
+        bridge.stepper.restart(start, high, low, size);
+        let evaluations = bridge.stepper.statistics().evaluations;
         self.pieces.clear();
         while bridge.stepper.time() != end {
             bridge.stepper.step(&mut bridge.motion, end)?;
@@ -174,7 +170,6 @@ impl Fixed {
         }
         let ((high, low), (reached, tail)) = (self.stepper.vector(), bridge.stepper.vector());
         let missed: Vec<f64> = (0..high.len()).map(|k| (high[k] - reached[k]) + (low[k] - tail[k])).collect();
-        let size = (end - start.high) - start.low;
         let mut from = 0.0;
         for piece in &mut self.pieces {
             let to = from + piece.size() / size;

@@ -1,5 +1,6 @@
 //! The stepping object: a system, where it is, and the integrator that moves it.
 
+use super::dense::{piece_at, state_within};
 use super::events::Watch;
 use super::motion::Motion;
 use super::mover::Mover;
@@ -8,7 +9,6 @@ use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
 use crate::dynamics::{Dynamics, Inner, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
-use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -43,6 +43,11 @@ pub struct Simulation {
     pub(super) inner: Inner,
     pub(super) integrator: Integrator,
     pub(super) mover: Mover,
+    /// Whether the present state was given, by the caller or as that of a terminal event, and not reached by a step.
+    pub(super) given: bool,
+    /// What a caller wants kept with the simulation and its archives, as text of any kind: names of units and the like. No number
+    /// that the simulation works with belongs here.
+    pub notes: String,
 }
 
 impl Simulation {
@@ -55,7 +60,7 @@ impl Simulation {
         // What overflows is refused here: no step could be measured against it.
         system.check_range(&motion.equations.energy(&inner.high, &state.velocity))?;
         let mover = Mover::new(integrator, &motion, &inner, state.time)?;
-        Ok(Self { motion, inner, integrator, mover })
+        Ok(Self { motion, inner, integrator, mover, given: true, notes: String::new() })
     }
 
     /// The system.
@@ -81,7 +86,8 @@ impl Simulation {
 
     /// Starts anew from another state; counts start anew too.
     pub fn set_state(&mut self, state: &State) -> Result<()> {
-        *self = Self::new(self.system(), state, self.integrator)?;
+        let fresh = Self::new(self.system(), state, self.integrator)?;
+        *self = Self { notes: std::mem::take(&mut self.notes), ..fresh };
         Ok(())
     }
 
@@ -97,13 +103,15 @@ impl Simulation {
 
     /// One accepted step towards `end`, never beyond it.
     pub fn step(&mut self, end: f64) -> Result<()> {
-        self.mover.step(&mut self.motion, end)
+        self.mover.step(&mut self.motion, end)?;
+        self.given = false;
+        Ok(())
     }
 
     /// Moves to `until`, forwards or backwards, and records into `record`.
     ///
-    /// On an error the record keeps what there was up to it, and the simulation stays at the last accepted step. The hook is
-    /// called between steps, at most every 50 ms, and stops the run by [`ControlFlow::Break`].
+    /// On an error the record keeps what there was up to it, and the simulation stays at the end of the last step that is
+    /// recorded whole. The hook is called between steps, at most every 50 ms, and stops the run by [`ControlFlow::Break`].
     pub fn integrate(
         &mut self,
         until: f64,
@@ -118,8 +126,8 @@ impl Simulation {
     /// The same with events and the continuous solution.
     ///
     /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and what was recorded
-    /// before is as without it. A zero at the very start of a run is not an event, so that a run goes on from one. The
-    /// hook also sees the simulation between two steps, for an archive of it.
+    /// before is as without it. A zero at a state that was given, by the caller or by a terminal event, is not an event, so
+    /// that a run goes on from one. The hook also sees the simulation between two steps, for an archive of it.
     pub fn run(
         &mut self,
         until: f64,
@@ -132,49 +140,44 @@ impl Simulation {
         let Run { output, events, dense } = run;
         let start = self.time();
         let mut times = Times::new(start, until, output)?;
-        let mut watch = Watch::new(self.system(), &self.inner, events)?;
-        let zeros = vec![0.0; self.inner.high.len()];
-        let mut sample = zeros.clone();
+        let mut watch = Watch::new(self.system(), &self.inner, events, self.given)?;
+        let mut sample = vec![0.0; self.inner.high.len()];
         record.stop_reason = StopReason::Unfinished;
         if dense {
-            record.dense = Some(Dense::new(&self.inner, self.state(), start));
+            record.dense = Some(Dense::new(&self.inner, self.state()));
         }
         if times.due(start) {
             self.record_present(record);
         }
         let mut called = Instant::now();
         while self.time() != until {
-            self.mover.step(&mut self.motion, until)?;
-            let now = self.time();
             let mut stop = None;
             if dense || !events.is_empty() {
-                let pieces = self.mover.pieces(&mut self.motion)?;
-                for piece in pieces {
-                    let system = self.motion.equations.system();
-                    let stopped = !events.is_empty()
-                        && watch.scan(system, &self.inner, piece, events, &mut record.events)?;
-                    stop = record.events.last().filter(|_| stopped).map(|last| (last.event, last.time));
-                    if let Some(solution) = &mut record.dense {
-                        solution.push(piece, stop.map_or(piece.end(), |(_, time)| time));
+                let (before, known) = (self.checkpoint(), record.events.len());
+                self.step(until)?;
+                stop = match self.look_inside(&mut watch, events, record) {
+                    Ok(stop) => stop,
+                    Err(error) => {
+                        // The step is taken back with all that was found in it: a run that goes on misses nothing.
+                        record.events.truncate(known);
+                        self.go_back(&before)?;
+                        return Err(error);
                     }
-                    if stop.is_some() {
-                        break;
-                    }
-                }
+                };
+            } else {
+                self.step(until)?;
             }
+            let now = self.time();
             let reached = stop.map_or(now, |(_, time)| time);
             while let Some(time) = times.before(reached) {
-                let forward = until >= start;
                 let pieces = self.mover.pieces(&mut self.motion)?;
-                let after =
-                    pieces.partition_point(|p| if forward { p.start() <= time } else { p.start() >= time });
-                let piece = &pieces[after.saturating_sub(1)];
-                piece.at(piece.fraction(time), &mut sample);
-                let state = self.inner.state(time, &sample, &zeros);
+                let state =
+                    state_within(&self.inner, piece_at(pieces, time, until >= start), time, &mut sample);
                 self.record_state(record, &sample, &state);
             }
             if let Some((event, time)) = stop {
                 self.mover.place(time, watch.vector());
+                self.given = true;
                 self.record_present(record);
                 record.stop_reason = StopReason::Event(event);
                 return Ok(());
@@ -194,25 +197,27 @@ impl Simulation {
         Ok(())
     }
 
-    /// Shortest time of an evaluation of the rates of change at the present state, seconds; for benchmarks.
-    pub fn time_evaluation(&mut self, number: usize, repeats: usize) -> Result<f64> {
-        let high = self.mover.vector().0.to_vec();
-        let mut rate = vec![0.0; high.len()];
-        self.motion.prepare(self.time(), &high, 0.0)?;
-        let equations = &mut self.motion.equations;
-        Ok(shortest(number, repeats, || {
-            let _ = black_box(equations.derivative(black_box(&high), &mut rate));
-        }))
-    }
-
-    /// Shortest time of an interaction of the first pair at the present state, seconds; for benchmarks.
-    pub fn time_interaction(&self, number: usize, repeats: usize) -> f64 {
-        let high = self.mover.vector().0;
-        let Some((_, _, pair)) = self.motion.equations.pairs().next() else { return 0.0 };
-        let pose = self.motion.equations.first_pose(high);
-        shortest(number, repeats, || {
-            black_box(pair.interaction(black_box(&pose)));
-        })
+    /// The events and the continuous solution in the last step, up to the first terminal event: its place in the list and its
+    /// time.
+    fn look_inside(
+        &mut self,
+        watch: &mut Watch,
+        events: &mut [Event],
+        record: &mut Trajectory,
+    ) -> Result<Option<(usize, f64)>> {
+        let present = record.dense.is_some().then(|| self.state());
+        let (now, vector) = (self.time(), self.mover.vector().0.to_vec());
+        let pieces = self.mover.pieces(&mut self.motion)?;
+        let mut stop = None;
+        if !events.is_empty() {
+            let system = self.motion.equations.system();
+            stop = watch.scan(system, &self.inner, pieces, (now, &vector), events, &mut record.events)?;
+        }
+        if let (Some(solution), Some(present)) = (&mut record.dense, present) {
+            let last = record.events.last().filter(|_| stop.is_some());
+            solution.extend(pieces, last.map_or(present, |last| last.state.clone()));
+        }
+        Ok(stop)
     }
 
     fn record_present(&mut self, record: &mut Trajectory) {
@@ -226,13 +231,4 @@ impl Simulation {
         let momentum = self.motion.equations.angular_momentum(&self.inner, y);
         record.push(state, &energy, &momentum);
     }
-}
-
-fn shortest(number: usize, repeats: usize, mut call: impl FnMut()) -> f64 {
-    let time = |_| {
-        let started = Instant::now();
-        (0..number).for_each(|_| call());
-        started.elapsed().as_secs_f64() / number.max(1) as f64
-    };
-    (0..repeats).map(time).fold(f64::INFINITY, f64::min)
 }

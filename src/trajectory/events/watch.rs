@@ -15,22 +15,26 @@ pub const SAMPLES: usize = 8;
 const POINTS: usize = SAMPLES + 3;
 const NEAR: f64 = 1e-3;
 
-/// A zero this near to the start of a run, in steps, is where the run starts and no event.
-const AT_START: f64 = 1e-9;
+/// A zero this near to a state that was given, in steps, is that state itself and no event.
+const AT_GIVEN: f64 = 1e-9;
 
 /// Watches events along a run.
 pub(crate) struct Watch {
     values: Vec<[f64; POINTS]>,
-    /// Time before which, in the direction of the run, there is nothing; none before the first step.
+    /// Whether the last of the values are those at the start of the next piece.
     begun: bool,
+    /// Whether the next piece starts from a state that was given, not from one that a step has reached.
+    given: bool,
     y: Vec<f64>,
+    /// The vector with which the piece after the present one begins.
+    next: Vec<f64>,
     zeros: Vec<f64>,
     found: Vec<(f64, usize)>,
 }
 
 impl Watch {
-    /// Refuses events that the system cannot have.
-    pub fn new(system: &System, inner: &Inner, events: &[Event]) -> Result<Self> {
+    /// Refuses events that the system cannot have. `given` says whether the run starts from a state that was given.
+    pub fn new(system: &System, inner: &Inner, events: &[Event], given: bool) -> Result<Self> {
         for event in events {
             event.condition.check(system)?;
             let name = event.condition.name();
@@ -48,21 +52,57 @@ impl Watch {
         Ok(Self {
             values: vec![[0.0; POINTS]; events.len()],
             begun: false,
+            given,
             y: vec![0.0; dimension],
+            next: vec![0.0; dimension],
             zeros: vec![0.0; dimension],
             found: Vec::new(),
         })
     }
 
-    /// The events within a piece, in the order of the run, up to and with the first terminal one.
+    /// The events within a step that ends with the time and vector `end`, in the order of the run, up to and with the first
+    /// terminal one, whose place in the list and time are given back.
+    ///
+    /// At the ends of the pieces the functions are evaluated at the vectors that the steps themselves go through. The values
+    /// there are the same for the piece before and the piece after, and for a run that begins there: no zero is found twice,
+    /// none is lost.
     pub fn scan(
         &mut self,
         system: &System,
         inner: &Inner,
-        piece: &Segment,
+        pieces: &[Segment],
+        end: (f64, &[f64]),
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
-    ) -> Result<bool> {
+    ) -> Result<Option<(usize, f64)>> {
+        for (k, piece) in pieces.iter().enumerate() {
+            let mut next = std::mem::take(&mut self.next);
+            let after = match pieces.get(k + 1) {
+                None => end,
+                Some(piece) => {
+                    next.resize(end.1.len(), 0.0);
+                    piece.at(0.0, &mut next);
+                    (piece.start(), next.as_slice())
+                }
+            };
+            let stop = self.scan_piece(system, inner, piece, after, events, out)?;
+            self.next = next;
+            if stop.is_some() {
+                return Ok(stop);
+            }
+        }
+        Ok(None)
+    }
+
+    fn scan_piece(
+        &mut self,
+        system: &System,
+        inner: &Inner,
+        piece: &Segment,
+        after: (f64, &[f64]),
+        events: &mut [Event],
+        out: &mut Vec<Occurrence>,
+    ) -> Result<Option<(usize, f64)>> {
         let places: [f64; POINTS] = std::array::from_fn(|k| match k {
             0 => 0.0,
             1 => NEAR,
@@ -70,15 +110,18 @@ impl Watch {
             k if k == POINTS - 1 => 1.0,
             k => (k - 1) as f64 / SAMPLES as f64,
         });
-        // The values at the end of one piece are those at the start of the next, so that rounding hides no change of sign.
         for values in &mut self.values {
             values[0] = values[POINTS - 1];
         }
         let first = usize::from(self.begun);
         for k in first..POINTS {
-            piece.at(places[k], &mut self.y);
-            let place =
-                Place { system, inner, time: piece.time_at(places[k]), y: &self.y, zeros: &self.zeros };
+            let (time, y) = if k == POINTS - 1 {
+                after
+            } else {
+                piece.at(places[k], &mut self.y);
+                (piece.time_at(places[k]), self.y.as_slice())
+            };
+            let place = Place { system, inner, time, y, zeros: &self.zeros };
             for (event, values) in events.iter_mut().zip(&mut self.values) {
                 values[k] = checked(event, &place)?;
             }
@@ -97,7 +140,7 @@ impl Watch {
                 let rising = (b.1 - a.1) * along > 0.0;
                 if wanted == 0 || (wanted > 0) == rising {
                     let theta = root(f, a, b)?;
-                    if self.begun || theta > AT_START {
+                    if !self.given || theta > AT_GIVEN {
                         self.found.push((theta, index));
                     }
                 }
@@ -124,17 +167,17 @@ impl Watch {
                 }
             }
         }
-        self.begun = true;
+        (self.begun, self.given) = (true, false);
         self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
         for &(theta, index) in &self.found {
             piece.at(theta, &mut self.y);
             let time = piece.time_at(theta);
             out.push(Occurrence { event: index, time, state: inner.state(time, &self.y, &self.zeros) });
             if events[index].terminal {
-                return Ok(true);
+                return Ok(Some((index, time)));
             }
         }
-        Ok(false)
+        Ok(None)
     }
 
     /// The vector of the last event found.

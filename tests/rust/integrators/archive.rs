@@ -1,10 +1,14 @@
 //! Bytes and back.
 
 use super::systems::*;
-use fullbody::dynamics::AttitudeChart;
+use fullbody::dynamics::{AttitudeChart, Settings, System};
 use fullbody::error::Error;
+use fullbody::integrate::{Scheme, Tolerance};
+use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::trajectory::{ARCHIVE_VERSION, Output, Simulation};
+use fullbody::quadrature::Order;
+use fullbody::shape::{Body, Shape};
+use fullbody::trajectory::{ARCHIVE_VERSION, Integrator, Output, Simulation};
 
 /// A run that goes on from bytes equals the unbroken one bit for bit: every integrator, chart and kind of gravity.
 #[test]
@@ -76,33 +80,85 @@ fn refuses_what_it_did_not_write() {
     assert_eq!(refusal(b"CDF\x01 and so on"), "something else");
 }
 
-/// A file of layout 1, written by the first version that had it.
-fn file() -> String {
-    format!("{}/tests/data/simulation-1.bin", env!("CARGO_MANIFEST_DIR"))
+/// A file of tests/data.
+fn data(name: &str) -> Vec<u8> {
+    std::fs::read(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
 #[test]
-fn reads_layout_1() {
-    let simulation = Simulation::from_bytes(&std::fs::read(file()).unwrap()).unwrap();
+fn other_layouts_are_refused_by_their_number() {
+    // The core's own file, and that of the Python package, both of version 0.1.0.
+    for name in ["simulation-1.bin", "simulation-0.1.0.sim"] {
+        let refusal = Simulation::from_bytes(&data(name)).unwrap_err().to_string();
+        for part in ["of layout 1", "fullbody 0.1.0", "expected layout 2"] {
+            assert!(refusal.contains(part), "{name}: {refusal}");
+        }
+    }
+    let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+    let mut bytes = Simulation::new(&system, &state, verner98(1e-11)).unwrap().to_bytes().unwrap();
+    bytes[8] = 3;
+    let refusal = Simulation::from_bytes(&bytes).unwrap_err().to_string();
+    assert!(refusal.contains("of layout 3, that of a newer fullbody"), "{refusal}");
+}
+
+/// A file of the present layout, which cannot change unseen.
+#[test]
+fn reads_its_layout() {
+    let simulation = Simulation::from_bytes(&data("simulation-2.bin")).unwrap();
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut again = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     integrate(&mut again, 1.0, &Output::Times(vec![]), false);
     assert_eq!(simulation.time(), 1.0);
-    assert_eq!(simulation.system().bodies(), system.bodies());
-    assert_eq!(simulation.integrator(), verner98(1e-11));
+    assert_eq!(simulation.setup(), again.setup());
+    assert_eq!(simulation.notes, "kept");
     assert!(difference(&simulation.state(), &again.state()) < 1e-11);
 }
 
 #[test]
 fn a_written_file_is_read() {
-    // The way to the kept file of a new layout: write it, then move it to tests/data beside the old ones.
-    assert_eq!(ARCHIVE_VERSION, 1, "a new layout needs a file of its own; the old one stays");
+    // The way to the kept file of a new layout: write it, then move it to tests/data in place of the old one.
+    assert_eq!(ARCHIVE_VERSION, 2, "a new layout needs a file of its own");
     let path = std::env::temp_dir().join(format!("fullbody-simulation-{}.bin", std::process::id()));
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut simulation = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
+    simulation.notes = "kept".to_owned();
     integrate(&mut simulation, 1.0, &Output::Times(vec![]), false);
     std::fs::write(&path, simulation.to_bytes().unwrap()).unwrap();
     let read = Simulation::from_bytes(&std::fs::read(&path).unwrap()).unwrap();
-    std::fs::remove_file(&path).unwrap();
+    if std::env::var_os("KEEP").is_none() {
+        std::fs::remove_file(&path).unwrap();
+    }
     assert_eq!(read.state(), simulation.state());
+    assert_eq!(read.notes, simulation.notes);
+}
+
+/// Every number of the set-up stands once in an archive, as text: nothing can disagree with it.
+#[test]
+fn one_description() {
+    let shape = Shape::ellipsoid([0.41, 0.352, 0.3003]).unwrap();
+    let bodies = vec![
+        Body::with_mass("A", shape, 0.80001).unwrap(),
+        Body::with_mass("B", Shape::Point, 0.200002).unwrap(),
+    ];
+    let order = Some(Order { gauss: 397, angles: 793 });
+    let settings = Settings { gravity_tolerance: 3.7e-13, order, ..Settings::default() };
+    let system = System::new(bodies, 1.0003, settings).unwrap();
+    let state = relative(Vec3::new(1.6, 0.1, 0.2), Vec3::new(0.02, 0.75, 0.1), 0.2);
+    let tolerance = Tolerance::new(1.9e-11, 2.3e-12).unwrap();
+    let adaptive = (Integrator::Verner87(tolerance), vec![1.9e-11, 2.3e-12]);
+    let fixed = (Integrator::SymplecticSplitting { step: 0.01234, scheme: Scheme::Aba864 }, vec![0.01234]);
+    for (integrator, settings) in [adaptive, fixed] {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        // Past its first step, so that nothing of the start is what the run goes on from.
+        integrate(&mut simulation, 0.1, &Output::Times(vec![]), false);
+        let bytes = simulation.to_bytes().unwrap();
+        let found = |part: &[u8]| bytes.windows(part.len()).filter(|window| *window == part).count();
+        for number in
+            [0.41_f64, 0.352, 0.3003, 0.80001, 0.200002, 1.0003, 3.7e-13].into_iter().chain(settings)
+        {
+            let text = serde_json::to_string(&number).unwrap();
+            assert_eq!((found(text.as_bytes()), found(&number.to_le_bytes())), (1, 0), "{text}");
+        }
+        assert_eq!(found(b"[397,793]"), 1);
+    }
 }

@@ -4,6 +4,7 @@ mod dense;
 mod events;
 mod order;
 mod problems;
+mod resume;
 mod roundoff;
 mod steps;
 mod symplectic;

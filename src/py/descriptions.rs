@@ -1,0 +1,30 @@
+//! The core's descriptions as dicts of Python, by way of JSON: settings and integrators have their names from the core alone.
+
+use super::errors::InvalidInput;
+use crate::error::require_finite;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// What a dict describes.
+pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> PyResult<T> {
+    for (name, value) in described {
+        // JSON has no others.
+        if let Ok(number) = value.extract::<f64>() {
+            require_finite(&name.to_string(), &[number])?;
+        }
+    }
+    let json = described.py().import("json")?;
+    let text: String = json.call_method1("dumps", (described,))?.extract()?;
+    // In two steps, so that errors tell no places in a text that nobody sees.
+    let value = serde_json::from_str::<serde_json::Value>(&text);
+    let found = value.and_then(serde_json::from_value);
+    found.map_err(|error| InvalidInput::new_err(error.to_string()))
+}
+
+/// The dict that describes a value.
+pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(value).map_err(|error| InvalidInput::new_err(error.to_string()))?;
+    py.import("json")?.call_method1("loads", (text,))
+}

@@ -1,0 +1,61 @@
+//! What a run watches for.
+
+use super::systems::PyState;
+use crate::dynamics::State;
+use crate::error::Error;
+use crate::math::Vec3;
+use crate::trajectory::Condition;
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex};
+
+/// The condition of an event; bodies by their place in the system.
+#[pyclass(frozen, name = "Condition", module = "fullbody._core")]
+pub enum PyCondition {
+    Separation { first: usize, second: usize, value: f64 },
+    Contact { first: usize, second: usize },
+    Periapsis { first: usize, second: usize },
+    Apoapsis { first: usize, second: usize },
+    PlaneCrossing { body: usize, reference: Option<usize>, normal: [f64; 3] },
+    Escape { first: usize, second: usize, distance: f64 },
+    Alignment { body: usize, other: usize },
+    Function { f: Py<PyAny> },
+}
+
+/// The first exception that a caller's function raised in a run.
+pub type Raised = Arc<Mutex<Option<PyErr>>>;
+
+impl PyCondition {
+    /// For the core; a function's exceptions go to `raised`.
+    pub fn condition(&self, py: Python<'_>, raised: &Raised) -> Condition<'static> {
+        match *self {
+            Self::Separation { first, second, value } => Condition::Separation { first, second, value },
+            Self::Contact { first, second } => Condition::Contact { first, second },
+            Self::Periapsis { first, second } => Condition::Periapsis { first, second },
+            Self::Apoapsis { first, second } => Condition::Apoapsis { first, second },
+            Self::PlaneCrossing { body, reference, normal } => {
+                Condition::PlaneCrossing { body, reference, normal: Vec3::from(normal) }
+            }
+            Self::Escape { first, second, distance } => Condition::Escape { first, second, distance },
+            Self::Alignment { body, other } => Condition::Alignment { body, other },
+            Self::Function { ref f } => {
+                let (f, raised) = (f.clone_ref(py), raised.clone());
+                Condition::Function(Box::new(move |state: &State| {
+                    let value = Python::attach(|py| {
+                        f.call1(py, (PyState { inner: state.clone() },))?.extract::<f64>(py)
+                    });
+                    value.map_err(|error| {
+                        keep(&raised, error);
+                        Error::invalid("value of an event's function", "an exception", "a number")
+                    })
+                }))
+            }
+        }
+    }
+}
+
+/// Keeps the first exception of a run.
+pub fn keep(raised: &Raised, error: PyErr) {
+    if let Ok(mut slot) = raised.lock() {
+        slot.get_or_insert(error);
+    }
+}
