@@ -118,7 +118,7 @@ impl Dynamics {
             1.0 / growth
         } else {
             let (a, b) = (&pose.rotation_first, &pose.rotation_second);
-            1.0 / crate::shape::contact_function(first, second, &pose.separation, a, b).sqrt()
+            1.0 / crate::shape::growth(first, second, &pose.separation, a, b).factor
         };
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }

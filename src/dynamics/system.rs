@@ -181,16 +181,21 @@ impl System {
         ))
     }
 
-    /// The factor by which two bodies have to grow to touch, no more than needed of it: infinite where their
+    /// Refuses bodies that overlap. Returns the factor by which the bodies must grow to touch: infinite where their
     /// circumscribed spheres are apart.
     pub(super) fn check_apart(&self, i: usize, j: usize, pose: &Pose, time: f64) -> Result<f64> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
-        growth(&first.shape, &second.shape, &pose.separation, &pose.rotation_first, &pose.rotation_second)
-            .ok_or_else(|| Error::BodiesOverlap {
-                first: first.name.clone(),
-                second: second.name.clone(),
-                time,
-            })
+        let distance = pose.separation.norm();
+        if distance > 0.0 && distance >= first.shape.circumradius() + second.shape.circumradius() {
+            return Ok(f64::INFINITY);
+        }
+        let (a, b) = (&pose.rotation_first, &pose.rotation_second);
+        let growth = growth(&first.shape, &second.shape, &pose.separation, a, b);
+        if growth.overlap(&first.name, &second.name)? {
+            let (first, second) = (first.name.clone(), second.name.clone());
+            return Err(Error::BodiesOverlap { first, second, time });
+        }
+        Ok(growth.factor)
     }
 
     /// Forces, torques and potential energy.

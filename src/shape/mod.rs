@@ -6,7 +6,7 @@
 mod contact;
 mod ellipsoid;
 
-pub use contact::{contact_function, growth};
+pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
 
 use crate::error::{Error, Result, require_positive};

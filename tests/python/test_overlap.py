@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from support import directions, matrix, quaternions, semi_axes
+from support import directions, matrix, quaternion_product, quaternions, semi_axes
 
 
 def pair(first, second, position, attitudes=((1, 0, 0, 0), (1, 0, 0, 0)), gravity="focal"):
@@ -105,3 +105,49 @@ def test_names_in_a_system_of_three():
     with pytest.raises(fullbody.BodiesOverlap) as caught:
         fullbody.System(bodies, G=1.0).interactions(state)
     assert caught.value.bodies == ("Earth", "Moon")
+
+
+@pytest.mark.parametrize("thickness", [1e-2, 1e-5, 3e-8, 1e-8, 1e-10])
+@pytest.mark.parametrize("factor", [0.01, 0.99, 1.01, 100.0])
+def test_thin_bodies_face_to_face_and_crossed(thickness, factor):
+    """On the common normal of discs laid face to face, and of crossed needles, the bodies touch at 2 c."""
+    rng = np.random.default_rng(7)
+    for turn in rng.normal(size=(25, 4)):
+        first = turn / np.linalg.norm(turn)
+        half = rng.uniform(0.1, np.pi - 0.1) / 2
+        about_normal = np.array([np.cos(half), 0, 0, np.sin(half)])
+        normal = matrix(first)[:, 2]
+        for axes in ((1.0, 1.0, thickness), (1.0, thickness, thickness)):
+            place = 2 * thickness * factor * normal
+            attitudes = (first, quaternion_product(first, about_normal))
+            system, state = pair(axes, axes, place, attitudes, gravity="point")
+            if factor < 1:
+                assert_overlap(system, state)
+            else:
+                assert np.isfinite(system.energy(state).total)
+
+
+def test_too_thin_to_tell():
+    """Closer than the rounding of the attitudes moves the rims; clearly apart or overlapping they are told as ever."""
+    disc, attitudes = (1.0, 1.0, 1e-13), [(0.8, 0.36, 0.48, 0.0)] * 2
+    normal = matrix(np.array(attitudes[0]))[:, 2]
+    system, state = pair(disc, disc, 2.001e-13 * normal, attitudes, gravity="point")
+    for call in (system.interactions, lambda s: system.integrate(s, s.time + 1.0)):
+        with pytest.raises(fullbody.InvalidInput, match=r"gap between Alpha and Beta is .* too thin to tell"):
+            call(state)
+    assert_overlap(*pair(disc, disc, 1e-13 * normal, attitudes, gravity="point"))
+    apart, state = pair(disc, disc, 4e-13 * normal, attitudes, gravity="point")
+    assert np.isfinite(apart.energy(state).total)
+
+
+def test_contact_event_of_thin_discs():
+    """Two discs of c/a = 1e-8 that meet face to face at unit speed touch after the gap between their faces."""
+    disc = fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 1e-8), mass=1.0)
+    system = fullbody.System([disc, disc], G=0.0, gravity="point")
+    attitude = np.array([0.5, -0.3, 0.7, 0.4]) / np.linalg.norm([0.5, -0.3, 0.7, 0.4])
+    normal = matrix(attitude)[:, 2]
+    state = fullbody.State([[0, 0, 0], 8e-8 * normal], [[0, 0, 0], -normal], [attitude] * 2)
+    meeting = fullbody.events.Contact(0, 1, terminal=True)
+    run = system.integrate(state, 7e-8, events=[meeting])
+    assert len(run.events) == 1
+    assert run.events[0].time == pytest.approx(6e-8, rel=1e-6)

@@ -1,4 +1,5 @@
 //! The Rust tests, one binary. Expected values come from elsewhere than the code.
+mod contact;
 mod gravity;
 mod integrators;
 mod math;

@@ -3,7 +3,7 @@
 use crate::dynamics::{Inner, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
-use crate::shape::contact_function;
+use crate::shape::growth;
 
 /// A caller's function of the state.
 pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
@@ -188,7 +188,7 @@ impl Condition<'_> {
     pub(super) fn value(&mut self, at: &Place) -> Result<f64> {
         Ok(match self {
             Self::Separation { first, second, value } => at.relative(*first, *second).0.norm() - *value,
-            Self::Contact { first, second } => contact(at, *first, *second),
+            Self::Contact { first, second } => contact(at, *first, *second)?,
             Self::Periapsis { first, second } | Self::Apoapsis { first, second } => {
                 let (r, v) = at.relative(*first, *second);
                 r.dot(&v)
@@ -213,16 +213,19 @@ impl Condition<'_> {
     }
 }
 
-fn contact(at: &Place, first: usize, second: usize) -> f64 {
+fn contact(at: &Place, first: usize, second: usize) -> Result<f64> {
     let (r, _) = at.relative(first, second);
     let bodies = at.system.bodies();
-    let (a, b) = (&bodies[first].shape, &bodies[second].shape);
-    let reach = a.circumradius() + b.circumradius();
+    let (a, b) = (&bodies[first], &bodies[second]);
+    let reach = a.shape.circumradius() + b.shape.circumradius();
     // Far apart the bodies' own spheres are near enough, and cheaper.
     if r.norm() > 2.0 * reach {
-        return r.norm() / reach - 1.0;
+        return Ok(r.norm() / reach - 1.0);
     }
-    contact_function(a, b, &r, &at.rotation(first), &at.rotation(second)).sqrt() - 1.0
+    let growth = growth(&a.shape, &b.shape, &r, &at.rotation(first), &at.rotation(second));
+    // A sign that rounding decides is no contact.
+    growth.overlap(&a.name, &b.name)?;
+    Ok(growth.factor - 1.0)
 }
 
 fn alignment(at: &Place, body: usize, other: usize) -> f64 {
