@@ -133,9 +133,7 @@ def _passing(system: System, start: State, period: float, revolutions: int) -> s
     if max(map(abs, missed)) <= LASTING:
         return None
     later = " and ".join(f"{off:+.1e} of it over {length}" for off, length in zip(missed, lengths, strict=True))
-    return (
-        f"{held} and differs by {later}; the motion is irregular, or the orbit's plane turns, and no mean period lasts"
-    )
+    return f"{held} and differs by {later}; the motion is irregular, and no mean period lasts"
 
 
 def _why(error: FullbodyError) -> str:

@@ -96,7 +96,7 @@ def from_dataset(dataset: Any, system: System, asked: list[Event]) -> list[Occur
             raise InvalidInput(f"event_asked has {place}; expected 0 to {len(asked) - 1}, a place in fullbody_events")
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
-        state = State._wrap(core, system._units)
+        state = State._wrap(core, system)
         happened.append(Occurrence(asked[int(place)], state.time, state))
     return happened
 

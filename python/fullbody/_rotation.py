@@ -17,6 +17,14 @@ def turn(axis: int, angle: float) -> _Array:
     return q
 
 
+def about(axis: Any, angle: float) -> _Array:
+    """The quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
+    way = np.asarray(axis, dtype=np.float64)
+    # Its largest component first: of one near the limits of floats the squares are none.
+    way = way / np.abs(way).max()
+    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
+
+
 def product(*quaternions: Any) -> _Array:
     """The turns one after another, the last first, as matrices multiply."""
     w, v = 1.0, np.zeros(3)

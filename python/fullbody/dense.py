@@ -59,7 +59,7 @@ class Dense:
                 f"time is {units.attach(outside[0], 'time')}; expected one from {first} to {last}, which the run covers"
             )
         if values.ndim == 0:
-            return State._wrap(self._core.state(float(values)), units)
+            return State._wrap(self._core.state(float(values)), self._system)
         if values.ndim != 1:
             raise InvalidInput(f"time has shape {values.shape}; expected a number or (K,)")
         arrays = self._core.states(values)

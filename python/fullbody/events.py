@@ -267,7 +267,7 @@ class Function(Event):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
         def call(core: Any) -> float:
-            value = gathered(self.f(State._wrap(core, system._units)), "value of Function")
+            value = gathered(self.f(State._wrap(core, system)), "value of Function")
             return scalar(numbers(getattr(value, "value", value), "value of Function"), "value of Function")
 
         return _core.Condition.Function(call)

@@ -109,26 +109,33 @@ def binary(
     Warns
     -----
     InconsistentInput
-        For a contradiction between the two limits, with both values; for a period that no start has to 1e-6 over the
-        revolutions that it is measured in, that does not last to 1e-4 over two and four times as many, or that cannot
-        be measured over either, for the bodies meet (see the notes); for an implied density outside 100 to 20000
-        kg/m^3, where there are units; for a body that rotates by nothing that is stated, which starts without rotation
+        For a contradiction between the two limits, with both values; for an osculating eccentricity that is more than
+        ``mismatch_warning`` below the one which the bodies' figures force (see the notes); for a period that no start
+        has to 1e-6 over the revolutions that it is measured in, that does not last to 1e-4 over two and four times as
+        many, or that cannot be measured over either, for the bodies meet (see the notes); for an implied density
+        outside 100 to 20000 kg/m^3, where there are units; for a body that rotates by nothing that is stated, which
+        starts without rotation
         (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
     -----
     With ``elements="osculating"`` the start has the separation and the speed of a Kepler orbit. Over an oblate primary
     it falls inwards: the mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent
-    for Didymos. With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times
-    the relative acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a
-    primary that is not synchronous). Where the period is given, what is then left of the difference (by eccentricity,
-    tilted equators, a secondary that librates) is measured in integrations of 16 revolutions, up to 64 for a locked
-    body that librates slowly, and taken away: the mean sidereal period (of
-    :func:`fullbody.observables.mutual_period`) of the run's first 16 (to 64) revolutions is ``period`` to 1e-6, and its
-    distance may differ a little from a published semi-major axis. Then the means over the first 32 and 64 (to 128 and
-    256) are compared with it. Where one differs by more than 1e-4 there is no lasting mean, and a warning: where a body
-    tumbles or librates irregularly, as long ones do on orbits of some eccentricity, and where tilted equators turn the
-    plane of the orbit. Nothing is looked at beyond these revolutions, nor between spheres or points, whose orbits are
+    for Didymos. The figures also force an eccentricity. On a circle of radius r the speed is v^2 = mu'/r with mu' = r^2
+    times the relative acceleration, and the osculating eccentricity mu'/mu - 1: in the equator of an oblate primary
+    3/2 J2 (R/r)^2, 0.019 for Didymos. A smaller one makes no rounder orbit: as a vector that points at periapsis, the
+    osculating eccentricity is the sum of a free one, which the distance follows, and of the forced one, which always
+    points at the secondary. A start without any varies in distance as an ellipse of the forced eccentricity does.
+
+    With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
+    acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a primary that is not
+    synchronous). Where the period is given, what is then left of the difference (by eccentricity, tilted equators, a
+    secondary that librates) is measured in integrations of 16 revolutions, up to 64 for a locked body that librates
+    slowly, and taken away: the mean sidereal period (of :func:`fullbody.observables.mutual_period`) of the run's first
+    16 (to 64) revolutions is ``period`` to 1e-6, and its distance may differ a little from a published semi-major axis.
+    Then the means over the first 32 and 64 (to 128 and 256) are compared with it. Where one differs by more than 1e-4
+    there is no lasting mean, and a warning: where a body tumbles or librates irregularly, as long ones do on orbits of
+    some eccentricity. Nothing is looked at beyond these revolutions, nor between spheres or points, whose orbits are
     Kepler's. All this takes some tenths of a second with the exact methods and with short series.
 
     Examples
@@ -225,11 +232,11 @@ def binary(
         spins = [rates[0], 2 * np.pi / turn if synchronous else rates[1]]
         return State(share[:, None] * r, share[:, None] * v, attitudes, [[0.0, 0.0, spin] for spin in spins])
 
+    rotation = rates[0] * found.period / (2 * np.pi) * _rotation.matrices(attitudes[0])[:, 2]
+    turning = bool(np.linalg.norm(rotation - _rotation.matrices(plane)[:, 2]) > 1e-6)
+    towards = r / np.linalg.norm(r)
     if elements == "mean":
-        rotation = rates[0] * found.period / (2 * np.pi) * _rotation.matrices(attitudes[0])[:, 2]
-        turning = bool(np.linalg.norm(rotation - _rotation.matrices(plane)[:, 2]) > 1e-6)
         locked_places = [k for k, lock in enumerate((not turning, synchronous)) if lock]
-        towards = r / np.linalg.norm(r)
 
         def mean(period: float) -> State:
             """Of an orbit made for a period, or for the distance where no period is given."""
@@ -246,6 +253,12 @@ def binary(
         _refuse_overlap(system, plain.position[1] - plain.position[0], attitudes)
     else:
         plain = start(found.semi_major_axis, mu, found.period)
+        # At the distance of the start, where the bodies are known to be apart.
+        there = replace(found, semi_major_axis=float(np.linalg.norm(r)))
+        _, attracting = in_attraction(system, there, False, towards, attitudes, turning)
+        forced = abs(attracting / mu - 1.0)
+        if forced - round_or_not > worth_a_word:
+            warnings.warn(_too_round(plain, round_or_not, forced, attracting), InconsistentInput, stacklevel=2)
     state = State(
         convert.attach(plain.position, "length"),
         convert.attach(plain.velocity, "velocity"),
@@ -253,7 +266,18 @@ def binary(
         convert.attach(plain.spin, "spin"),
         convert.attach(np.float64(scalar(convert.strip(time, "time", "time"), "time")), "time"),
     )
-    return system, state
+    return system, state._named(system.names)
+
+
+def _too_round(start: State, given: float, forced: float, mu: float) -> str:
+    """What is to be said of an osculating eccentricity below the forced one, mu being that of the actual attraction."""
+    r, v = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
+    free = np.linalg.norm(np.cross(v, np.cross(r, v)) / mu - r / np.linalg.norm(r))
+    return (
+        f"the eccentricity of {given:.3g} is osculating and below that of {forced:.3g} which the figures of the bodies "
+        f"force at this distance; the distance will vary as on an ellipse of eccentricity {free:.3g}; expected "
+        "elements='mean', with the eccentricity that the distance is to show"
+    )
 
 
 def _dimensional(component: Component) -> tuple[Any, ...]:

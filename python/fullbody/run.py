@@ -178,7 +178,7 @@ class Run(Recorded):
             float(r["time"][index]),
             *(np.ascontiguousarray(r[n][index]) for n in ("position", "velocity", "attitude", "spin")),
         )
-        return State._wrap(core, self.system._units)
+        return State._wrap(core, self.system)
 
     def __iter__(self) -> Iterator[State]:
         return (self[k] for k in range(len(self)))

@@ -104,7 +104,7 @@ class Simulation:
     @property
     def state(self) -> State:
         """Present state; setting it starts the integration anew from there."""
-        return State._wrap(self._core.state, self._system._units)
+        return State._wrap(self._core.state, self._system)
 
     @state.setter
     def state(self, state: State) -> None:
@@ -187,7 +187,7 @@ class Simulation:
         happened, solution, (reason, _) = (record.pop(name) for name in ("events", "dense", "stop_reason"))
         run = Run(self._system, record, counts, self._integrator)
         run.events = [
-            Occurrence(watched[index], units.attach(time, "time"), State._wrap(state, units))
+            Occurrence(watched[index], units.attach(time, "time"), State._wrap(state, self._system))
             for index, time, state in happened
         ]
         run.dense = None if solution is None else Dense(self._system, solution)

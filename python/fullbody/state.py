@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from . import _core
-from ._arguments import refuse_unknown
+from . import _core, _rotation
+from ._arguments import directions, place, refuse_unknown, vectors
 from ._records import block
 from ._units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from .errors import InvalidInput
+
+if TYPE_CHECKING:
+    from .system import System
 
 __all__ = ["State"]
 
@@ -52,7 +55,7 @@ class State:
            [1., 0., 0., 0.]])
     """
 
-    __slots__ = ("_core", "_units")
+    __slots__ = ("_core", "_names", "_units")
 
     def __init__(
         self,
@@ -62,6 +65,7 @@ class State:
         spin: Any = None,
         time: Any = 0.0,
     ) -> None:
+        self._names: tuple[str, ...] = ()
         values, self._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
         if attitude is None:
             attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(values["position"])), 1))
@@ -104,6 +108,7 @@ class State:
         array([0., 1., 0.])
         """
         state = cls.__new__(cls)
+        state._names = ()
         values, state._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
         state._core = _core.State.from_tait_bryan(
             scalar(values["time"], "time"),
@@ -115,10 +120,18 @@ class State:
         return state
 
     @classmethod
-    def _wrap(cls, core: _core.State, units: Units) -> State:
+    def _wrap(cls, core: _core.State, system: System) -> State:
+        units = system._units
         state = cls.__new__(cls)
         state._core = core
         state._units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.known else {}
+        state._names = system.names
+        return state
+
+    def _named(self, names: tuple[str, ...]) -> State:
+        """The same state that knows the names of its bodies."""
+        state = State.__new__(State)
+        state._core, state._units, state._names = self._core, self._units, names
         return state
 
     def _in(self, units: Units) -> _core.State:
@@ -186,7 +199,171 @@ class State:
         """
         names = ("position", "velocity", "attitude", "spin", "time")
         refuse_unknown(changes, names, "State.replace")
-        return State(**{name: changes.get(name, getattr(self, name)) for name in names})
+        return State(**{name: changes.get(name, getattr(self, name)) for name in names})._named(self._names)
+
+    def kick(
+        self,
+        body: int | str,
+        dv: Any,
+        *,
+        along: Literal["inertial", "body", "orbit"] = "inertial",
+        about: int | str | None = None,
+    ) -> State:
+        """A state after a sudden change of one body's velocity.
+
+        Parameters
+        ----------
+        body : int or str
+            The place of the body, or its name in a state that a system, a run or a ready-made start gave.
+        dv : array_like or Quantity, (3,)
+            The change of its velocity; with a unit where the state has them.
+        along : {"inertial", "body", "orbit"}
+            The axes that ``dv`` is given in: the inertial ones, the body's own, or those of its orbit: radial (from the
+            other body to this one), transverse (in the orbit's plane, along the motion) and normal to it.
+        about : int or str, optional
+            For ``along="orbit"``: the other body. Needless where there are only two.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        InvalidInput
+            For a body that is none, where the orbit is about one of several bodies that is not named, and for motion
+            along the line to it, which has no plane.
+
+        Notes
+        -----
+        Only this body is pushed, through its centre: its spin stays, and so do all positions. The total momentum grows
+        by its mass times ``dv``, so that the barycentre drifts on by ``dv`` times its part of the total mass; its
+        velocity against each other body changes by the whole of ``dv``. An impact that hands over the momentum p gives
+        dv = p / m; of a spacecraft of momentum p_0 that is beta p_0 along the motion lost, with beta the factor by
+        which ejecta enhance it.
+
+        Examples
+        --------
+        What DART did to Dimorphos, 2.70 mm/s against its motion (Cheng et al. 2023, Nature 616, 457):
+
+        >>> import fullbody
+        >>> from astropy import units as u
+        >>> system, before = fullbody.systems.didymos(units=True)
+        >>> after = before.kick("Dimorphos", [0, -2.70, 0] * u.mm / u.s, along="orbit")
+        >>> run = system.integrate(after, "20 day", output="0.5 hour")
+        >>> print(f"{fullbody.observables.mutual_period(run).mean:.2f}")
+        11.37 h
+        """
+        index = self._place(body, "body of kick")
+        dv = vectors(dv, "dv", one=True)
+        axes = self._axes(index, along, about, "kick")
+        velocity = self._core.velocity
+        if not is_quantity(dv):
+            if self._units and dv.any():
+                unit = next(iter(self._units.values()))
+                raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
+            velocity[index] += axes @ dv
+            return self.replace(velocity=velocity << self._units["velocity"] if "velocity" in self._units else velocity)
+        if not self._units:
+            raise InvalidInput(f"dv has the unit {dv.unit}, but the state has none; expected both or neither")
+        # Velocities of zero may have been given without a unit.
+        unit = self._units.get("velocity", dv.unit)
+        velocity[index] += axes @ strip_to(dv, unit, "dv")
+        return self.replace(velocity=velocity << unit)
+
+    def rotated(
+        self,
+        body: int | str,
+        axis: Any,
+        angle: Any,
+        *,
+        along: Literal["inertial", "body", "orbit"] = "body",
+        about: int | str | None = None,
+    ) -> State:
+        """A state with one body turned about an axis through its centre.
+
+        The body turns as a whole, its spin with it: the components of the spin in the body's frame stay as they are.
+
+        Parameters
+        ----------
+        body : int or str
+            The place of the body, or its name; see :meth:`kick`.
+        axis : array_like, (3,)
+            Of any length.
+        angle : float or Quantity
+            Radians as a float, right-handed about the axis.
+        along : {"body", "inertial", "orbit"}
+            The axes that ``axis`` is given in: the body's own, the inertial ones, or radial, transverse and normal; see
+            :meth:`kick`.
+        about : int or str, optional
+            For ``along="orbit"``: the other body.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        InvalidInput
+            As :meth:`kick`, and for an axis of length zero.
+
+        Examples
+        --------
+        Dimorphos swung by ten degrees about its pole:
+
+        >>> import fullbody, numpy as np
+        >>> system, state = fullbody.systems.didymos()
+        >>> turned = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
+        >>> run = system.integrate(turned, 1.0)
+        >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
+        10.0
+        """
+        index = self._place(body, "body of rotated")
+        way = self._axes(index, along, about, "rotated") @ directions(axis, "axis", one=True)
+        attitude = self._core.attitude
+        turn = _rotation.about(way, Units().number(angle, "angle", "angle"))
+        attitude[index] = _rotation.product(turn, attitude[index])
+        return self.replace(attitude=attitude)
+
+    def _place(self, body: object, what: str) -> int:
+        """The place of a body from its place or name."""
+        if isinstance(body, str) and not self._names:
+            raise InvalidInput(
+                f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
+                f"ready-made systems do); expected a place, 0 to {len(self) - 1}"
+            )
+        return place(body, self._names or [f"body {k}" for k in range(len(self))], what)
+
+    def _axes(self, index: int, along: str, about: int | str | None, what: str) -> Any:
+        """The axes (3, 3), as columns, that vectors of a body are given in."""
+        if not isinstance(along, str) or along not in ("inertial", "body", "orbit"):
+            raise InvalidInput(f"along of {what} is {along!r}; expected 'inertial', 'body' or 'orbit'")
+        if along != "orbit":
+            if about is not None:
+                raise InvalidInput(
+                    f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only"
+                )
+            return np.eye(3) if along == "inertial" else self._core.rotation_matrix[index]
+        if about is None:
+            others = [k for k in range(len(self)) if k != index]
+            if len(others) != 1:
+                raise InvalidInput(
+                    f"about of {what} is not given, and there are {len(others)} other bodies; expected one of them"
+                )
+            about = others[0]
+        other = self._place(about, f"about of {what}")
+        if other == index:
+            raise InvalidInput(f"about of {what} is {about!r}, the body itself; expected another one")
+        r = self._core.position[index] - self._core.position[other]
+        v = self._core.velocity[index] - self._core.velocity[other]
+        normal = np.cross(r, v)
+        size = np.linalg.norm(normal)
+        if size <= 1e-14 * np.linalg.norm(r) * np.linalg.norm(v):
+            raise InvalidInput(
+                f"body {index} moves along its line to body {other}, or not at all; along='orbit' of {what} needs the "
+                "plane of an orbit"
+            )
+        radial, normal = r / np.linalg.norm(r), normal / size
+        return np.stack([radial, np.cross(normal, radial), normal], axis=1)
 
     def __len__(self) -> int:
         return len(self._core.position)
@@ -211,7 +388,11 @@ class State:
 
     def __reduce__(self) -> Any:
         arguments = (self.position, self.velocity, self.attitude, self.spin, self.time)
-        return (State, arguments)
+        return (_rebuild, (self._names, *arguments))
+
+
+def _rebuild(names: tuple[str, ...], *arguments: Any) -> State:
+    return State(*arguments)._named(names)
 
 
 def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:

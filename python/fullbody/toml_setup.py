@@ -31,7 +31,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     until = "30 day"
     output = "1 hour"                 # or a list of times; without it, every step
     start = 0                         # time of the state
-    origin = "barycentre"             # moves the barycentre to rest at the origin; "given" leaves all as it stands
+    origin = "barycentre"             # moves the barycentre to rest at the origin; without it "given": all stays
     file = "kw4.nc"                   # beside this file; without it, this file's name with .nc
 """
 
@@ -261,7 +261,8 @@ def _state(run: Table, system: System, units: Units, tables: list[Table]) -> Sta
     start = float(run.value("start", "time", units, ())) if "start" in run else 0.0
     values = {"time": start, "position": position, "velocity": velocity, "spin": spin}
     with run.naming(""):
-        return State(attitude=attitude, **{name: units.attach(values[name], _DIMENSION[name]) for name in _STATE})
+        state = State(attitude=attitude, **{name: units.attach(values[name], _DIMENSION[name]) for name in _STATE})
+    return state._named(system.names)
 
 
 def _motion(

@@ -82,6 +82,9 @@ def made(units=False):
         observables.mutual_period(run),
         observables.orbit_precession(run),
         observables.libration(run),
+        observables.orbit_shape(run),
+        observables.eccentricity(run),
+        observables.tumbles(run),
         systems.published("antiope"),
         systems.published("antiope").values["separation"],
     )

@@ -5,7 +5,6 @@ import sys
 
 import astropy.units as u
 import fullbody
-import fullbody.reproduce.starts
 import numpy as np
 import pytest
 import rebound
@@ -334,16 +333,6 @@ def test_periapsis_is_not_told_from_other_terms_of_the_distance():
     assert found.apsidal is None
     assert found.anomalistic_period is None
     assert np.isfinite(found.sidereal_period)
-
-
-def test_an_orbit_whose_plane_turns_over_has_no_longitude():
-    """Steep to the total angular momentum, the plane lies across its mean half a turn of its node later."""
-    system, state = fullbody.systems.kw4_ho2021()
-    steep = fullbody.reproduce.starts.start(state, system.mu(), i=120.0)
-    run = system.integrate(steep, 6000.0, output=2.0, integrator=fullbody.Verner98(1e-10, 1e-10))
-    with pytest.raises(fullbody.InvalidInput, match=r"the plane of the orbit turns so far .* expected a shorter run"):
-        observables.orbit_precession(run)
-    observables.orbit_precession(run[:500])
 
 
 def test_motion_along_a_line_has_no_orbit():

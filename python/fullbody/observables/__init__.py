@@ -8,20 +8,28 @@ system has units. They need scipy: ``pip install fullbody[analysis]``.
 """
 
 from .orbit import ElementRates, MutualPeriod, Precession, element_rates, mutual_period, orbit_precession
+from .shape import Eccentricity, OrbitShape, eccentricity, orbit_shape
 from .spin import Libration, libration, obliquity, roll_pitch_yaw, spin_precession
+from .tumbling import Tumbling, tumbles
 
 __all__ = [
+    "Eccentricity",
     "ElementRates",
     "Libration",
     "MutualPeriod",
+    "OrbitShape",
     "Precession",
+    "Tumbling",
+    "eccentricity",
     "element_rates",
     "libration",
     "mutual_period",
     "obliquity",
     "orbit_precession",
+    "orbit_shape",
     "roll_pitch_yaw",
     "spin_precession",
+    "tumbles",
 ]
 
 

@@ -52,7 +52,8 @@ class View:
         about = run.system._place(about, f"about of {what}")
         if body == about:
             raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
-        self.body, self.name, self.what = body, f"body {body} ({run.system.names[body]})", what
+        self.body, self.about, self.what = body, about, what
+        self.name = f"body {body} ({run.system.names[body]})"
         self.units = run.system._units
         self.time = run._record["time"]
         signal.check_times(self.time, least, what)
@@ -170,19 +171,14 @@ class View:
             first = int(np.argmax(parts >= _APART))
             self._refuse_sparse(first, parts[first])
         angle, rate = self.longitude
-        # What the rates at both ends make of it: half a turn aside, and the angle has been unwrapped wrongly.
-        time, r, v = self.path
-        lost = np.abs((rate[1:] + rate[:-1]) / 2 * np.diff(time) - np.diff(angle)) > np.pi
+        # What the rates at both ends make of it: half a turn aside, and the way between two directions is another one.
+        ahead = (rate[1:] + rate[:-1]) / 2 * np.diff(self.path.time)
+        lost = np.abs(ahead - np.diff(angle)) > np.pi
         if lost.any():
             first = int(np.argmax(lost))
-            own = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)
-            turned = float(own[first] + own[first + 1]) / 2 * abs(time[first + 1] - time[first])
-            if turned >= np.pi:
-                self._refuse_sparse(first, turned / (2 * np.pi))
-            raise InvalidInput(
-                f"the plane of the orbit turns so far from its mean in the run that {self.what} has no longitude to "
-                "count by; expected a shorter run"
-            )
+            moment = self.path.time[first]
+            k = int(np.argmin(np.abs(self.time[:-1] - moment)))
+            self._refuse_sparse(k, abs(float(ahead[first])) / (2 * np.pi))
         if self.turns < least:
             raise InvalidInput(f"the run covers {self.turns:.3g} revolutions; {self.what} needs {least} or more")
 
@@ -222,6 +218,9 @@ class View:
     def span(self, value: Any) -> Any:
         return self.units.attach(value, "time")
 
+    def length(self, value: Any) -> Any:
+        return self.units.attach(value, "length")
+
     @property
     def pole(self) -> _Array:
         """The direction of the spin (K, 3), inertial."""
@@ -241,25 +240,21 @@ class View:
 
     @cached_property
     def longitude(self) -> tuple[_Array, _Array]:
-        """The longitude along the path, and its rate."""
-        return self.longitude_of(self.path)
+        """The longitude along the path and its rate; see :func:`swept`."""
+        return swept(self.path)
 
-    def longitude_of(self, path: follow.Path) -> tuple[_Array, _Array]:
-        """The longitude in the mean orbital plane without jumps, and its rate."""
-        x, y = across(mean(self.normal))
-        a, b, da, db = path.r @ x, path.r @ y, path.v @ x, path.v @ y
-        return signal.unwrapped(np.arctan2(b, a)), (a * db - b * da) / (a * a + b * b)
-
-    def longitude_at_samples(self) -> _Array:
-        """The longitude (K,), of the same turns as that along the path."""
-        order = np.argsort(self.path.time)
-        near = np.interp(self.time, self.path.time[order], self.longitude[0][order])
-        angle = self.longitude_of(self._samples)[0]
-        return np.asarray(angle + 2 * np.pi * np.round((near - angle) / (2 * np.pi)))
+    def longitude_at(self, moments: _Array) -> tuple[_Array, _Array]:
+        """The longitude and its rate at moments of the run."""
+        angle, rate = self.longitude
+        forward = np.sign(self.time[-1] - self.time[0])
+        k = np.clip(np.searchsorted(forward * self.path.time, forward * moments, side="right") - 1, 0, len(rate) - 1)
+        here, sense = self.at(moments), np.sign(rate[k])
+        start = follow.Path(*(values[k] for values in self.path))
+        return angle[k] + step(start, here, sense, sense), sense * speed(here)
 
     def mean_motion(self, path: follow.Path) -> float:
         """The slope of the longitude."""
-        return abs(signal.slope(path.time, self.longitude_of(path)[0], self._power))
+        return abs(signal.slope(path.time, swept(path)[0], self._power))
 
     def turning(self, poles: _Array, axis: Any) -> tuple[float | None, _Array]:
         """The mean rate at which directions go about an axis, and their angles from it.
@@ -275,13 +270,15 @@ class View:
             return None, angle
         return signal.slope(self.time, about), angle
 
-
-def mean(normals: _Array) -> _Array:
-    total: _Array = normals.sum(axis=0)
-    size = float(np.linalg.norm(total))
-    if size <= 1e-6 * len(normals):
-        raise InvalidInput("the orbit's pole goes all ways; it has no mean plane")
-    return total / size
+    def from_node(self, axis: Any) -> float:
+        """The mean rate of the angle from the ascending node on the plane across an axis, along the motion."""
+        axis = self._start if axis is None else directions(axis, "axis", one=True)
+        _, r, v = self.path
+        normal = np.cross(r, v)
+        node = np.cross(axis, normal)
+        across = np.cross(normal, node) / np.linalg.norm(normal, axis=1)[:, None]
+        angle = signal.unwrapped(np.arctan2(np.sum(r * across, axis=1), np.sum(r * node, axis=1)))
+        return abs(signal.slope(self.path.time, angle, self._power))
 
 
 def across(axis: _Array) -> tuple[_Array, _Array]:
@@ -299,3 +296,53 @@ def azimuth(poles: _Array, axis: _Array) -> _Array:
         raise InvalidInput("the angular momentum is zero; expected an axis=")
     x, y = across(axis / size)
     return signal.unwrapped(np.arctan2(poles @ y, poles @ x))
+
+
+def speed(path: follow.Path) -> _Array:
+    """The rate (K,) at which the direction turns: |r x v| / r^2."""
+    _, r, v = path
+    return np.asarray(np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1))
+
+
+def step(start: follow.Path, end: follow.Path, first: _Array, last: _Array) -> _Array:
+    """The angles (K,) that the direction sweeps from each point of one path to that of another, a little later.
+
+    The great circle between both directions, and by how much the way is longer that leaves and arrives along the
+    velocities: a cubic across it, so that what is left falls with the fourth power of the step.
+
+    Parameters
+    ----------
+    start, end
+        Of K points each.
+    first, last : ndarray, (K,)
+        The senses of the motion in them, 1 or -1; see :func:`swept`.
+    """
+    u, w = (path.r / np.linalg.norm(path.r, axis=1)[:, None] for path in (start, end))
+    n, m = (sense[:, None] * _unit(np.cross(path.r, path.v)) for path, sense in ((start, first), (end, last)))
+    across = np.cross(u, w)
+    sine = np.linalg.norm(across, axis=1)
+    sign = np.where(np.sum(across * (n + m), axis=1) < 0.0, -1.0, 1.0)
+    angle = sign * np.arctan2(sine, np.sum(u * w, axis=1))
+    pole = (sign / np.where(sine > 0.0, sine, 1.0))[:, None] * across
+    # Slopes of the way against the great circle, at its ends.
+    a, b = np.sum(np.cross(n, u) * pole, axis=1), np.sum(np.cross(m, w) * pole, axis=1)
+    return np.asarray(angle * (1.0 + (2 * a * a - a * b + 2 * b * b) / 30))
+
+
+def swept(path: follow.Path) -> tuple[_Array, _Array]:
+    """The longitude (K,) along a path and its rate, from a direction in the moving plane that does not turn in it.
+
+    That is the true longitude of Hansen's ideal frame: its rate is |r x v| / r^2, whatever the plane does (Lara &
+    Urrutxua 2023, Universe 9, 470), and so it is the length of the way that the direction goes on the sphere. Motion
+    that comes to a stop and goes back, as that of one moon seen from another, counts backwards from there.
+    """
+    normal = _unit(np.cross(path.r, path.v))
+    turned = np.where(np.sum(normal[1:] * normal[:-1], axis=1) < 0.0, -1.0, 1.0)
+    sense = np.concatenate([[1.0], np.cumprod(turned)])
+    start, end = (follow.Path(*(values[part] for values in path)) for part in (slice(None, -1), slice(1, None)))
+    angle = np.concatenate([[0.0], np.cumsum(step(start, end, sense[:-1], sense[1:]))])
+    return angle, sense * speed(path)
+
+
+def _unit(vectors: _Array) -> _Array:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])

@@ -56,7 +56,7 @@ class MutualPeriod(Record):
     Attributes
     ----------
     time : ndarray or Quantity, (R,)
-        Ends of the revolutions, counted from the direction at the earliest time.
+        Ends of the revolutions, counted from the earliest time.
     period : ndarray or Quantity, (R,)
         Of each revolution.
     mean : float or Quantity
@@ -81,22 +81,29 @@ class Precession(Record):
     Attributes
     ----------
     apsidal : float, Quantity or None
-        Mean rate, in radians per unit of time, of periapsis within the orbit's mean plane (of omega + Omega cos i while
-        the plane turns little). ``None`` where the distance shows no periapsis: in a circular orbit, and where what it
-        shows is of other origin.
+        Mean rate of periapsis, in radians per unit of time and positive along the motion, from a direction in the
+        orbit's plane that turns with the plane but not in it: the mean of d(omega)/dt + cos(i) d(Omega)/dt, whichever
+        plane i, Omega and omega are referred to. It does not depend on the axis nor on how long the run is. ``None``
+        where the distance shows no periapsis: in a circular orbit, and where what it shows is of other origin.
     nodal : float, Quantity or None
-        Mean rate of the node. ``None`` where the orbit's pole is nearer to the axis than 1e-9 radians at half of the
-        samples or more: such an orbit has no node but by round-off.
+        Mean rate of the node about the axis, d(Omega)/dt. ``None`` where the orbit's pole is nearer to the axis, or to
+        its opposite, than 1e-9 radians at half of the samples or more: such an orbit has no node but by round-off.
+    argument_of_periapsis : float, Quantity or None
+        Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` where either has none. It vanishes
+        at the critical inclination. The longitude of periapsis, Omega + omega, moves by this and ``nodal`` together.
     anomalistic_period : float, Quantity or None
         From periapsis to periapsis.
     sidereal_period : float or Quantity
-        Round the sky.
+        Of a revolution in the moving plane: 2 pi by the mean of |r x v|/r^2, the angle from the direction that
+        ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is faster by
+        (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
 
     apsidal: Any
     nodal: Any
+    argument_of_periapsis: Any
     anomalistic_period: Any
     sidereal_period: Any
     inclination: Any
@@ -167,9 +174,8 @@ def _per_time(view: View, number: Any) -> Any:
 def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """The period of the mutual orbit, revolution by revolution, and its drift.
 
-    Sidereal: from one passage of the direction at the earliest time to the next, in the orbital plane that is the mean
-    of the run. While that plane turns a little, the node's turn counts by its cosine; over whole turns of the node it
-    counts fully, so that the mean depends a little on how long the run is.
+    Sidereal: a revolution is a whole turn in the orbit's plane, from a direction that turns with the plane but not in
+    it; see :class:`Precession`. In a plane that stays, that is a direction among the stars.
 
     Parameters
     ----------
@@ -195,10 +201,10 @@ def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> Mut
     17.1
     """
     view = View(run, body, about, 8, "a mutual period", REVOLUTIONS)
-    passages = _passages(view)
-    turns = len(passages) - 1
-    ends = passages[1:]
-    period = np.diff(passages)
+    moments = passages(view)
+    turns = len(moments) - 1
+    ends = moments[1:]
+    period = np.diff(moments)
     drift = float("nan")
     if turns >= 3:
         drift = signal.slope(ends, period)
@@ -206,8 +212,8 @@ def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> Mut
     return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
 
 
-def _passages(view: View) -> _Array:
-    """When the direction at the earliest time is passed, that time first."""
+def passages(view: View) -> _Array:
+    """When the longitude is whole turns from that at the earliest time, which is the first."""
     longitude, rate = view.longitude
     order = np.argsort(view.path.time)
     t, angle, rate = view.path.time[order], longitude[order], rate[order]
@@ -215,26 +221,26 @@ def _passages(view: View) -> _Array:
     angle = np.sign(rate.mean()) * (angle - start)
     spline = signal.scipy_module("interpolate").CubicHermiteSpline(t, angle, np.sign(rate.mean()) * rate)
     solve = signal.scipy_module("optimize").brentq
-    passages = [t[0]]
+    moments = [t[0]]
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
         after = int(np.argmax(angle >= target))
-        passages.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
-    return _sharpened(view, np.array(passages), start)
+        moments.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
+    return _sharpened(view, np.array(moments), start)
 
 
-def _sharpened(view: View, passages: _Array, start: float) -> _Array:
+def _sharpened(view: View, moments: _Array, start: float) -> _Array:
     """Passages of a longitude, after Newton's method along the Kepler orbits: a spline misses what is eccentric."""
     for _ in range(3):
-        angle, rate = view.longitude_of(view.at(passages))
+        angle, rate = view.longitude_at(moments)
         missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
-        passages = passages - missed / rate
-    return passages
+        moments = moments - missed / rate
+    return moments
 
 
 def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Mean apsidal and nodal precession of an orbit.
 
-    The apsidal rate is the mean motion round the sky less the frequency of the distance: unlike the slope of the
+    The apsidal rate is the mean motion in the orbit's plane less the frequency of the distance: unlike the slope of the
     osculating longitude of periapsis it holds for orbits so round that perturbations rule their osculating
     eccentricity. That frequency is the strongest within an eighth of the mean motion, if it is above 1e-9 of the
     distance and another there is not half as strong; the bodies' turning and librating beneath each other have
@@ -261,9 +267,15 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
 
     Notes
     -----
-    Outside a slowly changing oblate body, to the first order in J2 and with n the mean motion and p = a (1 - e^2):
-    the node moves by -3/2 n J2 (R/p)^2 cos i and omega by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1) (Murray & Dermott 1999,
-    Solar System Dynamics, Sec. 6.11); ``apsidal`` is the latter and cos i times the former.
+    Outside an oblate body that keeps its axis, to the first order in J2 and with n the mean motion and p = a (1 - e^2):
+    the node moves by -3/2 n J2 (R/p)^2 cos i and the argument of periapsis by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1) (Murray
+    & Dermott 1999, Solar System Dynamics, Sec. 6.11), so that ``apsidal`` is 3/4 n J2 (R/p)^2 (3 cos^2 i - 1).
+
+    In a plane that turns there is no fixed direction to measure from. The node turns in it by cos(i) d(Omega)/dt, and
+    a fixed plane that the orbit is projected on shows another rate after whole turns of the node than after a part of
+    one. The direction that does not turn in the plane is the departure point of Hansen's ideal frame: from it the true
+    longitude grows by |r x v|/r^2, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253; Lara &
+    Urrutxua 2023, Universe 9, 470).
 
     Examples
     --------
@@ -276,20 +288,22 @@ def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: 
     True
     """
     view = View(run, body, about, 16, "precession", WINDOWED)
-    sidereal, radial = _motions(view, view.path)
+    sidereal, radial = motions(view, view.path)
     if radial is not None:
         _check_halved(view, sidereal - radial)
     nodal, inclination = view.turning(view.normal, axis)
+    draconic = None if nodal is None or radial is None else view.from_node(axis)
     return Precession(
         None if radial is None else view.rate(np.float64(sidereal - radial)),
         None if nodal is None else view.rate(np.float64(nodal)),
+        None if draconic is None or radial is None else view.rate(np.float64(draconic - radial)),
         None if radial is None else view.span(np.float64(2 * np.pi / radial)),
         view.span(np.float64(2 * np.pi / sidereal)),
         view.angle(np.array([inclination.min(), inclination.max()])),
     )
 
 
-def _motions(view: View, path: Path) -> tuple[float, float | None]:
+def motions(view: View, path: Path) -> tuple[float, float | None]:
     """The mean motion, and the frequency at which periapsis recurs, where there is one."""
     sidereal = view.mean_motion(path)
     distance = np.linalg.norm(path.r, axis=1)
@@ -306,7 +320,7 @@ def _motions(view: View, path: Path) -> tuple[float, float | None]:
 
 def _check_halved(view: View, apsidal: float) -> None:
     """Refuse samples of which every second one tells another precession."""
-    sidereal, radial = _motions(view, view.halved())
+    sidereal, radial = motions(view, view.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(view.time[-1] - view.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:
         found = "none" if radial is None else f"{view.rate(np.float64(sidereal - radial)):.4g}"

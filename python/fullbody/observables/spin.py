@@ -153,16 +153,11 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> An
     >>> bool(abs(fullbody.observables.roll_pitch_yaw(run)[0]).max() < 1e-12)
     True
     """
-    what = "roll, pitch and yaw"
-    view = View(run, body, about, 1, what)
-    view.check_rotation(np.linalg.norm(view.relative_spin, axis=1), np.pi, what)
-    relative = np.einsum("kji,kjl->kil", _orbit_frame(view), view.matrix)
+    view = View(run, body, about, 1, "roll, pitch and yaw")
+    relative = in_orbit_frame(view)
     if relative[0, 0, 0] < 0.0:
         relative = relative * np.array([-1.0, -1.0, 1.0])
-    roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
-    pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
-    yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
-    return view.angle(np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1))
+    return view.angle(angles(relative))
 
 
 def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
@@ -214,7 +209,7 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:
         raise InvalidInput(f"{view.name} has the semi-axes {axes}, no single longest one to librate")
-    x, y, _ = np.moveaxis(_orbit_frame(view), 2, 0)
+    x, y, _ = np.moveaxis(orbit_frame(view), 2, 0)
     axis = view.matrix[:, :, longest]
     across = np.linalg.norm(np.cross(axis, view.normal), axis=1)
     if np.median(across) < NEAREST:
@@ -249,12 +244,27 @@ def _between(view: View, angle: _Array) -> _Array:
         return angle
     spline = signal.scipy_module("interpolate").CubicSpline
     order = np.argsort(view.time)
-    together = angle + view.longitude_at_samples()
+    together = angle + view.longitude_at(view.time)[0]
     found: _Array = spline(view.time[order], together[order])(view.path.time) - view.longitude[0]
     return found
 
 
-def _orbit_frame(view: View) -> _Array:
+def in_orbit_frame(view: View) -> _Array:
+    """The body's attitude (K, 3, 3) in its orbit's frame, where samples are close enough to follow it."""
+    view.check_rotation(np.linalg.norm(view.relative_spin, axis=1), np.pi, view.what)
+    relative: _Array = np.einsum("kji,kjl->kil", orbit_frame(view), view.matrix)
+    return relative
+
+
+def angles(relative: _Array) -> _Array:
+    """Roll, pitch and yaw (K, 3) of attitudes, roll and yaw without jumps."""
+    roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
+    pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
+    yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
+    return np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1)
+
+
+def orbit_frame(view: View) -> _Array:
     """Axes (K, 3, 3) as columns: towards the other body, along the motion seen from it, along the normal."""
     x = -view.r / np.linalg.norm(view.r, axis=1)[:, None]
     return np.stack([x, np.cross(view.normal, x), view.normal], axis=2)

@@ -130,7 +130,7 @@ def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tup
         attach(np.array([setup.spin_a, setup.spin_b]), "spin"),
         attach(np.float64(setup.start), "time"),
     )
-    return system, state
+    return system, state._named(system.names)
 
 
 def _shape(flag: int, axes: Any) -> Ellipsoid | Sphere:

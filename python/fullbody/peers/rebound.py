@@ -99,7 +99,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
         attach(np.zeros((len(particles), 3)), "spin"),
         attach(np.float64(sim.t), "time"),
     )
-    return system, state
+    return system, state._named(system.names)
 
 
 def _units(sim: Any, units: Any) -> Any:

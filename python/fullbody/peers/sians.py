@@ -125,13 +125,14 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
         position, velocity = _from_elements(path, file, G * sum(masses), day)
     system = System(bodies, G=G, units=names, **options)
     attach = system._units.attach
-    return system, State.from_tait_bryan(
+    state = State.from_tait_bryan(
         attach(position, "length"),
         attach(velocity, "velocity"),
         angles,
         attach(spin, "spin"),
         attach(np.float64(0.0), "time"),
     )
+    return system, state._named(system.names)
 
 
 def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None]:

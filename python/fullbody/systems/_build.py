@@ -54,10 +54,11 @@ def in_units(system: System, state: State, units: Wanted) -> tuple[System, State
 
     wanted = Units(units)
     if not wanted.known or wanted == Units(UNITS):
-        return system, state
+        return system, state._named(system.names)
     turned = System(system.bodies, system.G, units=wanted.names, **system.options)
     # Through its description, for the bodies to be in these units too.
-    return System._rebuild(turned._describe()), State._wrap(state._in(wanted), wanted)
+    rebuilt = System._rebuild(turned._describe())
+    return rebuilt, State._wrap(state._in(wanted), rebuilt)
 
 
 def in_frame(state: State, facts: Published, frame: str) -> State:

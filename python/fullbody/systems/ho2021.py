@@ -275,7 +275,8 @@ def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, St
         angles=angles,
         spin=[[0.0, 0.0, spin]] * 2,
     )
-    return System(bodies, G=1.0, **options), state
+    system = System(bodies, G=1.0, **options)
+    return system, state._named(system.names)
 
 
 def _refuse_frame(options: dict[str, Any], why: str) -> None:

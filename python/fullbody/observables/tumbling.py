@@ -1,0 +1,120 @@
+"""When a body that kept one face to another begins to tumble."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .._records import Record
+from .._units import Units
+from ..errors import InvalidInput
+from . import _signal as signal
+from ._view import View
+from .spin import angles, in_orbit_frame
+
+if TYPE_CHECKING:
+    from ..run import Run
+
+__all__ = ["Tumbling", "tumbles"]
+
+_Array = npt.NDArray[np.float64]
+_NAMES: tuple[Literal["roll", "pitch", "yaw"], ...] = ("roll", "pitch", "yaw")
+#: The half turns that leave an ellipsoid as it is.
+_HALF_TURNS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
+#: Samples before and after a passage that a cubic goes through.
+_AROUND = 2
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tumbling(Record):
+    """When a body first turned further than a limit from where it belongs.
+
+    Attributes
+    ----------
+    time : float, Quantity or None
+        Of the first passage; ``None`` where there is none in the run.
+    angle : {"roll", "pitch", "yaw"} or None
+        The one that passed the limit.
+    largest : ndarray or Quantity, (3,)
+        The largest roll, pitch and yaw of the run's samples, of either sign, radians; above half a turn the body has
+        gone round.
+    """
+
+    time: Any
+    angle: Literal["roll", "pitch", "yaw"] | None
+    largest: Any
+
+
+def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
+    """Whether and when a body's roll, pitch or yaw passes a limit.
+
+    The angles are those of :func:`roll_pitch_yaw`, but from the nearest of the attitudes in which an ellipsoid looks
+    the same: a body that starts upside down or backwards starts near zero. From there they are followed without jumps,
+    so that a roll of 370 degrees is one, and not one of 10.
+
+    Parameters
+    ----------
+    run : Run
+    limit : float or Quantity
+        Radians; a quarter turn at most, which is the largest pitch there is.
+    body, about : int or str
+        Places in the system, or names.
+
+    Returns
+    -------
+    Tumbling
+
+    Raises
+    ------
+    InvalidInput
+        For a limit that is none, and for samples between which the body may turn by more than half a turn in its
+        orbit's frame.
+
+    Notes
+    -----
+    Between two samples the time is that of a cubic through those around it. A swing beyond the limit and back that
+    falls between samples is not seen.
+
+    Examples
+    --------
+    With its pole a little aside of the orbit's normal Dimorphos rolls, but does not tumble.
+
+    >>> import fullbody, numpy as np
+    >>> system, state = fullbody.systems.didymos_after_dart(tilt=1e-3)
+    >>> run = system.integrate(state, 300.0, output=1.0)
+    >>> found = fullbody.observables.tumbles(run, np.radians(30))
+    >>> found.angle, round(float(found.time))
+    ('roll', 256)
+    >>> fullbody.observables.tumbles(run).time is None
+    True
+    """
+    most = Units().number(limit, "angle", "limit")
+    if not 0.0 < most <= np.pi / 2:
+        raise InvalidInput(f"limit is {limit!r}; expected an angle above zero, a quarter turn (pi/2) at most")
+    view = View(run, body, about, 1, "tumbling")
+    relative = in_orbit_frame(view)
+    nearest = int(np.argmax(_HALF_TURNS @ np.diagonal(relative[0])))
+    turned = angles(relative * _HALF_TURNS[nearest])
+    size = np.abs(turned)
+    largest = view.angle(size.max(axis=0))
+    # The run may go backwards in time: the first passage is the first one recorded.
+    beyond = (size > most).any(axis=1)
+    if not beyond.any():
+        return Tumbling(None, None, largest)
+    k = int(np.argmax(beyond))
+    passages = [(_passage(view.time, size[:, j], k, most), name) for j, name in enumerate(_NAMES) if size[k, j] > most]
+    forward = -1.0 if len(view.time) > 1 and view.time[1] < view.time[0] else 1.0
+    time, name = min(passages, key=lambda passage: forward * passage[0])
+    return Tumbling(view.span(np.float64(time)), name, largest)
+
+
+def _passage(time: _Array, size: _Array, k: int, limit: float) -> float:
+    """When an angle passes a limit between the samples k - 1 and k."""
+    if k == 0:
+        return float(time[0])
+    near = slice(max(k - _AROUND, 0), k + _AROUND)
+    cubic = signal.scipy_module("interpolate").BarycentricInterpolator(time[near], size[near] - limit)
+    return float(signal.scipy_module("optimize").brentq(cubic, time[k - 1], time[k]))
