@@ -13,8 +13,8 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ._units import Units, gathered, is_quantity, numbers, strip_to
-from .errors import InvalidInput
+from ._units import Units, gathered, is_quantity, numbers, refuse_masked, strip_to
+from .errors import InvalidInput, caution
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -23,7 +23,7 @@ _R = TypeVar("_R")
 def integer(value: object) -> int | None:
     """A whole number of Python or numpy, or ``None``."""
     try:
-        return None if isinstance(value, bool) else operator.index(value)  # type: ignore[arg-type]
+        return None if isinstance(value, bool | np.ma.MaskedArray) else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         return None
 
@@ -53,6 +53,7 @@ def name_of(value: object) -> str | None:
 
 def positive(value: Any, unit: str, what: str) -> Any:
     """A finite number or Quantity above zero, of a unit like this one where it has any."""
+    refuse_masked(value, what)
     try:
         value = gathered(value, what)
         number = np.asarray(getattr(value, "value", value))
@@ -98,6 +99,25 @@ def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float
     return plain
 
 
+def doubt_radians(value: Any, what: str) -> None:
+    """Warn of angles in plain numbers that look like degrees: two turns to 3600, with six decimals at most.
+
+    Sums and differences of two angles within a turn stay below two. What a program has computed may be beyond them, an
+    integrated rotation or a mean anomaly, but has all its digits.
+    """
+    value = gathered(value, what, "angle")
+    if is_quantity(value):
+        return
+    sizes = np.abs(numbers(value, what))
+    beyond = sizes[sizes > 4.0 * np.pi]
+    largest = beyond.max(initial=0.0)
+    if 0.0 < largest <= 3600.0 and (np.abs(beyond * 1e6 - np.round(beyond * 1e6)) < 1e-4).all():
+        caution(
+            f"{what} {'is' if np.ndim(value) == 0 else 'has values up to'} {largest:.6g} radians in size, "
+            f"{largest / (2 * np.pi):.3g} turns; give degrees as a Quantity, or as text such as '{largest:.6g} deg'"
+        )
+
+
 def pole(value: Any, what: str) -> tuple[float, float]:
     """The longitude and latitude of a direction, radians."""
     expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
@@ -109,6 +129,7 @@ def pole(value: Any, what: str) -> tuple[float, float]:
     lat = Units().number(latitude, "angle", f"latitude of {what}")
     if not -np.pi / 2 <= lat <= np.pi / 2:
         raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
+    doubt_radians(longitude, f"longitude of {what}")
     return lon, lat
 
 

@@ -95,13 +95,14 @@ def _has_text(value: Any) -> bool:
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:
     """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
 
-    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. The
-    dimension serves the examples in errors.
+    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
+    has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.
     """
     if isinstance(value, str):
         return from_text(value, what, dimension)
+    refuse_masked(value, what)
     if not isinstance(value, list | tuple):
-        return value
+        return _bare(value)
     parts = [gathered(part, what, dimension) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
@@ -114,6 +115,30 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
         return u.Quantity(parts)
     except (u.UnitConversionError, ValueError, TypeError) as error:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
+
+
+def _bare(value: Any) -> Any:
+    """The Quantity in a column of a table, of which numpy would drop the unit; the array under an empty mask."""
+    if getattr(value, "unit", None) is not None and hasattr(value, "quantity"):
+        value = value.quantity
+    return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)
+
+
+def refuse_masked(value: Any, what: str) -> None:
+    """Refuse what is masked, an array with masked values, or a list with some."""
+    mask = getattr(value, "mask", None)
+    if isinstance(value, list | tuple):
+        masked = sum(part is np.ma.masked for part in value)
+        size = len(value)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        masked, size = sum(part is np.ma.masked for part in value.flat), value.size
+    elif isinstance(mask, np.ndarray | np.bool_):
+        masked, size = int(np.sum(mask)), np.size(mask)
+    else:
+        return
+    if masked:
+        many = "is masked" if size == 1 else f"has {masked} masked value{'s' if masked > 1 else ''} of {size}"
+        raise InvalidInput(f"{what} {many}; expected numbers throughout")
 
 
 def from_text(text: str, what: str, dimension: str = "length") -> Any:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._arguments import doubt_radians
 from ._records import brief, same
 from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput
@@ -54,6 +55,11 @@ class KeplerElements:
     InvalidInput
         For values that describe no orbit.
 
+    Warns
+    -----
+    InconsistentInput
+        For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
     Notes
     -----
     Circular orbits are given omega = 0 and M from the node; equatorial ones Omega = 0 and angles from the x-axis.
@@ -84,6 +90,8 @@ class KeplerElements:
             object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
         # Any mu will do to have the core check the rest.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
+        for name in ("Omega", "omega", "M"):
+            doubt_radians(getattr(self, name), name)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"elements do not change; make new ones with another {name}")

@@ -10,6 +10,7 @@ still be missed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -239,7 +240,8 @@ class Function(Event):
     Parameters
     ----------
     f : callable
-        Takes a :class:`fullbody.State`, gives a number or a Quantity.
+        Takes a :class:`fullbody.State`, gives a finite number or Quantity; anything else ends the run in
+        :class:`fullbody.InvalidInput`.
     direction : {-1, 0, 1}
         1: it rises through zero as time grows; -1: it falls.
     terminal : bool
@@ -260,9 +262,15 @@ class Function(Event):
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
+        what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
+
         def call(core: Any) -> float:
-            value = gathered(self.f(State._wrap(core, system._units)), "value of Function")
-            return scalar(numbers(getattr(value, "value", value), "value of Function"), "value of Function")
+            state = State._wrap(core, system._units)
+            value = gathered(self.f(state), what)
+            number = scalar(numbers(getattr(value, "value", value), what), what)
+            if not math.isfinite(number):
+                raise InvalidInput(f"{what} is {number} at time {state.time}; expected a finite number")
+            return number
 
         return {**super()._describe(system), "function": call}
 

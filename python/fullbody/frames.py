@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _rotation
-from ._arguments import directions, pole
+from ._arguments import directions, doubt_radians, pole
 from ._arguments import vectors as _vectors
 from ._units import Units, is_quantity
 from .errors import InvalidInput
@@ -226,6 +226,7 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     """
     lon, lat = pole((longitude, latitude), "pole")
     w = Units().number(angle, "angle", "angle")
+    doubt_radians(angle, "angle")
     return _rotation.product(
         _rotation.turn(2, lon + np.pi / 2), _rotation.turn(0, np.pi / 2 - lat), _rotation.turn(2, w)
     )

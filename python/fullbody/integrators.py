@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from . import _core
 from ._records import Alike
 from ._units import gathered, is_quantity, numbers, scalar, strip_to
-from .errors import InvalidInput, PrecisionWarning
+from .errors import InvalidInput, PrecisionWarning, caution
 
 __all__ = [
     "DormandPrince54",
@@ -27,6 +26,11 @@ class Integrator(Alike):
     """Base of all integrators."""
 
     __slots__ = ()
+
+    @property
+    def _tolerance(self) -> float | None:
+        """What the error of a step is held to, relative to the distance of the nearest body; none with fixed steps."""
+        return None
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
         """Name, rtol, atol, step, scheme for the core; ``strip`` turns a time into the system's units."""
@@ -78,10 +82,14 @@ class _Adaptive(Integrator):
         floor = _core.tolerance_floor()
         if self.rtol + self.atol < floor:
             text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {floor:g}"
-            warnings.warn(text, PrecisionWarning, stacklevel=3)
+            caution(text, PrecisionWarning)
             rtol = floor - self.atol
             # Rounded up, lest the settings warn again when they are read from a file.
             object.__setattr__(self, "rtol", rtol if rtol + self.atol >= floor else math.nextafter(rtol, 1.0))
+
+    @property
+    def _tolerance(self) -> float | None:
+        return self.rtol + self.atol
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
         return (type(self).__name__, self.rtol, self.atol, 0.0, "")

@@ -13,11 +13,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from . import _core
+from ._doubts import of_start
 from ._files import replacing
 from ._overlap import explained, explaining
 from ._units import Units, scalar
 from .dense import Dense
-from .errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput
+from .errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
 from .run import Run, Statistics
@@ -41,6 +42,12 @@ class Simulation:
     integrator : Integrator, optional
         :class:`fullbody.Verner98` unless given.
 
+    Warns
+    -----
+    InconsistentInput
+        For a start in which a body is ten times as fast as what could escape, and for a heavy body a thousand times as
+        far from others as these are from each other.
+
     Examples
     --------
     >>> import fullbody
@@ -63,6 +70,8 @@ class Simulation:
         start = system._strip(state)
         with explaining(system, lambda: start, " at the start"):
             self._idle = _core.Simulation(system._core, start, *integrator._arguments(self._time_of_step))
+        for doubt in of_start(system, start, integrator._tolerance):
+            caution(doubt)
 
     #: Whether a run or a step is under way; what is called from within one may not touch it.
     _running = False

@@ -10,7 +10,7 @@ import numpy as np
 from . import _core, _epoch
 from ._arguments import integer, named_options, place
 from ._overlap import explaining
-from ._units import Units, scalar
+from ._units import Units, numbers, scalar
 from .bodies import SHAPES, Body
 from .errors import InvalidInput
 from .events import Event
@@ -291,6 +291,7 @@ class System:
             Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
         progress : bool, str or callable
             ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+            What it returns is not used; an error that it raises ends the run.
         autosave : (path, seconds), optional
             Writes the simulation to a file when the run begins, every so many seconds and when it ends;
             :meth:`fullbody.Simulation.load` goes on from it.
@@ -305,6 +306,11 @@ class System:
             With the run so far in the attribute ``run``.
         Interrupted
             On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+        Warns
+        -----
+        InconsistentInput
+            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
 
         Examples
         --------
@@ -380,11 +386,9 @@ def _assemble(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> Sys
 def _tolerance(value: Any) -> float:
     """The tolerance as a number; the core knows its limits."""
     try:
-        if not isinstance(value, str):
-            return float(value)
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14")
+        return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
+    except InvalidInput as error:
+        raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
 
 
 def _order(value: Any) -> tuple[int, int]:

@@ -67,7 +67,7 @@ def made(units=False):
         system,
         system.with_options(gravity="surface", order=(8, 16), attitude_chart="tait_bryan", vector_path="portable"),
         state,
-        state.replace(attitude=[[0.1, 0.2, 0.3, 0.4], [0.5, -0.1, 0.7, 0.9]], time=3.25 * hour),
+        state.replace(attitude=[[0.1, 0.3, 0.3, 0.9], [0.5, -0.1, 0.7, 0.5]], time=3.25 * hour),
         system.interactions(state),
         system.energy(state),
         fullbody.Simulation(system, state, integrators[0]),
