@@ -6,9 +6,10 @@ import difflib
 import functools
 import inspect
 import operator
+import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +17,44 @@ import numpy.typing as npt
 from ._units import Units, gathered, is_quantity, numbers, refuse_masked, strip_to
 from .errors import InvalidInput, caution
 
-_P = ParamSpec("_P")
-_R = TypeVar("_R")
+_T = TypeVar("_T")
+
+_TOLERANCE = "integrator=fullbody.Verner98({}=...)"
+#: Words of other programs, and earlier ones of this, with what stands for them here: a name, then perhaps how to give
+#: it. Of several the first counts that the function at hand has.
+_MEANT: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("primary", "i"), ("about", "i")),
+    **dict.fromkeys(("secondary", "j"), ("body", "j")),
+    "body": ("i",),
+    "about": ("j",),
+    **dict.fromkeys(("t_end", "tend", "tmax", "t_max", "t_final", "end", "duration"), ("until",)),
+    **dict.fromkeys(("t_eval", "times", "spacing", "saveat"), ("output", "time")),
+    **dict.fromkeys(("dt", "h", "step_size", "timestep"), ("step", "output")),
+    **dict.fromkeys(("t", "t0"), ("time",)),
+    **{name: (_TOLERANCE.format(name),) for name in ("rtol", "atol")},
+    **dict.fromkeys(("tol", "tolerance", "eps"), ("rtol", _TOLERANCE.format("rtol"))),
+    **dict.fromkeys(("method", "solver"), ("integrator",)),
+    **dict.fromkeys(("axes", "semiaxes"), ("semi_axes",)),
+    **dict.fromkeys(("inc", "incl", "inclination"), ("i",)),
+    **dict.fromkeys(("raan", "node", "Om"), ("Omega",)),
+    **dict.fromkeys(("argp", "peri", "argument_of_periapsis"), ("omega",)),
+    **dict.fromkeys(("ma", "M0", "mean_anomaly"), ("M", "mean_anomaly")),
+    **dict.fromkeys(("ecc", "eccentricity"), ("e", "eccentricity")),
+    **dict.fromkeys(("sma", "semimajor_axis", "semi_major_axis"), ("a", "semi_major_axis")),
+    "GM": ("mu",),
+    **dict.fromkeys(("r", "x", "pos"), ("position", "radius")),
+    **dict.fromkeys(("v", "vel"), ("velocity",)),
+    **dict.fromkeys(("q", "quat", "quaternion"), ("attitude",)),
+    "angles": ("attitude, or State.from_tait_bryan(angles=...)",),
+    "rotation": ("attitude, or State.from_scipy(rotation=...)",),
+    **dict.fromkeys(("omega", "angular_velocity"), ("spin",)),
+    "m": ("mass",),
+    "rho": ("density",),
+    "period": ("rotation_period",),
+    **dict.fromkeys(("distance", "separation"), ("value", "distance", "semi_major_axis")),
+    "value": ("distance",),
+    **dict.fromkeys(("function", "func"), ("f",)),
+}
 
 
 def integer(value: object) -> int | None:
@@ -134,10 +171,15 @@ def pole(value: Any, what: str) -> tuple[float, float]:
 
 
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
-    """What a misspelt name may have meant, and what there is."""
+    """What a name that is none of the known ones may have meant, and what there is."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, 1)
+    close = _meant(name, known) or difflib.get_close_matches(name, known, 1)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
+
+
+def _meant(name: str, known: Iterable[str]) -> list[str]:
+    """What stands for another program's word, or an earlier one of this, and is known."""
+    return [right for right in _MEANT.get(name, ()) if re.split(r"\W", right)[0] in known]
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
@@ -151,20 +193,37 @@ def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> No
 def options_of(function: Callable[..., Any]) -> list[str]:
     """The names of a function's arguments of its own."""
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-    return [name for name, p in inspect.signature(function).parameters.items() if p.kind in kinds and name != "self"]
+    parameters = inspect.signature(function).parameters.items()
+    return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]
 
 
-def named_options(owner: str) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
-    """Have a function answer unknown keywords with the package's error instead of a TypeError."""
+def named_options(target: _T) -> _T:
+    """Have a function, or a class and its public methods, answer unknown keywords with an error that knows better.
 
-    def decorate(function: Callable[_P, _R]) -> Callable[_P, _R]:
-        known = options_of(function)
+    In place of Python's TypeError. A function that passes keywords on refuses only those that mean one of its own.
+    """
+    if not isinstance(target, type):
+        function: Any = target
+        return cast(_T, _answering(function, function.__name__))
+    for name, method in list(vars(target).items()):
+        owner = target.__name__ if name == "__init__" else f"{target.__name__}.{name}"
+        if name.startswith("_") and name not in ("__init__", "__call__"):
+            continue
+        if inspect.isfunction(method):
+            setattr(target, name, _answering(method, owner))
+        elif isinstance(method, classmethod | staticmethod):
+            setattr(target, name, type(method)(_answering(method.__func__, owner)))
+    return target
 
-        @functools.wraps(function)
-        def call(*args: _P.args, **kwargs: _P.kwargs) -> _R:
-            refuse_unknown(kwargs, known, owner)
-            return function(*args, **kwargs)
 
-        return call
+def _answering(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
+    known = options_of(function)
+    passes_on = any(p.kind is p.VAR_KEYWORD for p in inspect.signature(function).parameters.values())
 
-    return decorate
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        unknown = [name for name in kwargs if name not in known]
+        refuse_unknown([name for name in unknown if not passes_on or _meant(name, known)], known, owner)
+        return function(*args, **kwargs)
+
+    return call

@@ -60,6 +60,36 @@ _KNOWN = (
 )
 
 
+#: Plurals and short forms that astropy does not know. A month is not among them, for it has no fixed length.
+_WORDS = {
+    "s": ("seconds", "sec", "secs"),
+    "min": ("minutes", "mins"),
+    "hour": ("hours", "hrs"),
+    "day": ("days",),
+    "week": ("weeks", "wks"),
+    "year": ("years", "yrs"),
+    "deg": ("degrees", "degs"),
+    "rad": ("radians", "rads"),
+    "m": ("meters", "metre", "metres"),
+    "km": ("kilometers", "kilometre", "kilometres", "kms"),
+    "kg": ("kilograms", "kgs"),
+    "g": ("grams",),
+    "t": ("tonnes",),
+}
+
+
+def _read(text: str) -> Any:
+    """The Quantity of a text with a unit as people write it."""
+    from astropy import units as u
+
+    try:
+        return u.Quantity(text)
+    except (TypeError, ValueError):
+        # A list of words for this call alone, which takes half a millisecond.
+        with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
+            return u.Quantity(text)
+
+
 def is_quantity(value: object) -> bool:
     """Whether a value carries a unit."""
     return hasattr(value, "unit") and hasattr(value, "to_value")
@@ -148,7 +178,7 @@ def from_text(text: str, what: str, dimension: str = "length") -> Any:
 
     unit = _EXAMPLES.get(dimension, "km")
     try:
-        quantity = u.Quantity(text)
+        quantity = _read(text)
     except (TypeError, ValueError) as error:
         raise InvalidInput(
             f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 {unit}'"

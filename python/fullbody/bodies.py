@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import name_of, positive, refuse_mixture
+from ._arguments import name_of, named_options, positive, refuse_mixture
 from ._records import Alike, hashed, same
 from ._units import Units, gathered, is_quantity, strip_to
 from .errors import InvalidInput
@@ -18,6 +18,7 @@ __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
 _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipsoid(Alike):
     """A homogeneous ellipsoid.
@@ -54,6 +55,7 @@ class Ellipsoid(Alike):
         return (self.a, self.b, self.c)
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Sphere(Alike):
     """A homogeneous sphere.
@@ -80,6 +82,7 @@ class Sphere(Alike):
         return (self.radius, self.radius, self.radius)
 
 
+@named_options
 @dataclass(frozen=True, slots=True)
 class PointMass:
     """A body without extent: no torque acts on it and its spin does not change.
@@ -101,6 +104,7 @@ class PointMass:
 SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
 
 
+@named_options
 class Body:
     """A shape with a mass.
 

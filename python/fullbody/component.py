@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _rotation, frames
-from ._arguments import doubt_radians, pole, positive
+from ._arguments import doubt_radians, named_options, pole, positive
 from ._records import Record
 from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .bodies import Ellipsoid
@@ -17,6 +17,7 @@ from .errors import InvalidInput
 __all__ = ["Component"]
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Component(Record):
     """One of the two bodies of :func:`binary`, as published.

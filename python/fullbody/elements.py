@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import doubt_radians
+from ._arguments import doubt_radians, named_options
 from ._records import brief, same
 from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput
@@ -17,6 +17,7 @@ __all__ = ["KeplerElements"]
 _ANGLES = ("i", "Omega", "omega", "M")
 
 
+@named_options
 class KeplerElements:
     """Osculating elements of a two-body orbit: one orbit, or arrays of them.
 

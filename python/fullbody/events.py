@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ._arguments import directions, integer, place
+from ._arguments import directions, integer, named_options, place
 from ._records import Alike
 from ._units import gathered, numbers, scalar
 from .errors import InvalidInput
@@ -38,6 +38,7 @@ __all__ = [
 ]
 
 
+@named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Event(Alike):
     """Base of all events.
@@ -84,6 +85,7 @@ class _OfPair(Event):
         return {**super()._describe(system), "first": first, "second": second}
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Separation(_OfPair):
     """The centres of bodies i and j are ``value`` apart.
@@ -113,6 +115,7 @@ class Separation(_OfPair):
         return {**super()._describe(system), "value": value}
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Contact(_OfPair):
     """The surfaces of bodies i and j touch, also where they only graze.
@@ -142,6 +145,7 @@ class Contact(_OfPair):
     """
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Periapsis(_OfPair):
     """The centres of bodies i and j are nearest.
@@ -161,6 +165,7 @@ class Periapsis(_OfPair):
     """
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_OfPair):
     """The centres of bodies i and j are furthest apart.
@@ -172,6 +177,7 @@ class Apoapsis(_OfPair):
     """
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class PlaneCrossing(Event):
     """The centre of body i goes through a plane.
@@ -202,6 +208,7 @@ class PlaneCrossing(Event):
         return {**super()._describe(system), "first": first, "second": second, "normal": self.normal}
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Escape(_OfPair):
     """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
@@ -222,6 +229,7 @@ class Escape(_OfPair):
         return {**super()._describe(system), "value": value}
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Alignment(_OfPair):
     """The angle between body i's long axis and the line to body j is smallest.
@@ -233,6 +241,7 @@ class Alignment(_OfPair):
     """
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Function(Event):
     """A function of the state goes through zero.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from . import _core
+from ._arguments import named_options
 from ._records import Alike
 from ._units import gathered, is_quantity, numbers, scalar, strip_to
 from .errors import InvalidInput, PrecisionWarning, caution
@@ -95,6 +96,7 @@ class _Adaptive(Integrator):
         return (type(self).__name__, self.rtol, self.atol, 0.0, "")
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner98(_Adaptive):
     """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9: the default.
@@ -121,6 +123,7 @@ class Verner98(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner87(_Adaptive):
     """Verner's pair of orders 8 and 7; tolerances as in :class:`Verner98`.
@@ -131,6 +134,7 @@ class Verner87(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner76(_Adaptive):
     """Verner's pair of orders 7 and 6; tolerances as in :class:`Verner98`.
@@ -141,6 +145,7 @@ class Verner76(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner65(_Adaptive):
     """Verner's pair of orders 6 and 5; tolerances as in :class:`Verner98`.
@@ -151,6 +156,7 @@ class Verner65(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class DormandPrince54(_Adaptive):
     """The pair of Dormand and Prince of orders 5 and 4; tolerances as in :class:`Verner98`.
@@ -178,6 +184,7 @@ def _time(step: Any) -> Any:
     return step
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
     """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation a step.
@@ -201,6 +208,7 @@ class LieGroupVariational(Integrator):
         return (type(self).__name__, 0.0, 0.0, strip(self.step), "")
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class SymplecticSplitting(Integrator):
     """Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.

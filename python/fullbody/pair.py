@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from . import _rotation
-from ._arguments import doubt_radians, options_of, refuse_unknown
+from ._arguments import doubt_radians, named_options, options_of, refuse_unknown
 from ._arguments import pole as angles_of
 from ._masses import Known, solve
 from ._mean_orbit import in_attraction, kept
@@ -29,6 +29,7 @@ __all__ = ["Component", "binary"]
 _WIDE = 200.0
 
 
+@named_options
 def binary(
     primary: Component,
     secondary: Component,

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._arguments import named_options
 from ._recorded import Recorded
 from .dense import Dense, Samples
 from .elements import KeplerElements
@@ -43,6 +44,7 @@ class Statistics:
     evaluations: int
 
 
+@named_options
 class Run(Recorded):
     """What an integration recorded; K samples of N bodies.
 

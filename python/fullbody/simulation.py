@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from . import _core
+from ._arguments import named_options
 from ._doubts import of_start
 from ._files import replacing
 from ._overlap import explained, explaining
@@ -32,6 +33,7 @@ _Core: TypeAlias = _core.Simulation
 _MAGIC = b"fullbody simulation\n"
 
 
+@named_options
 class Simulation:
     """A system at a state, to be moved step by step or run by run, forwards or backwards.
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import doubt_radians, refuse_unknown
+from ._arguments import doubt_radians, named_options, refuse_unknown
 from ._records import block
 from ._units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from .errors import InvalidInput, caution
@@ -17,6 +17,7 @@ __all__ = ["State"]
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
+@named_options
 class State:
     """Position, velocity, attitude and spin of every body at a time.
 

@@ -27,6 +27,7 @@ __all__ = ["System"]
 _CORE = ("gravity", "gravity_tolerance", "order", "attitude_chart", "vector_path")
 
 
+@named_options
 class System:
     """Bodies under their mutual gravity.
 
@@ -73,7 +74,6 @@ class System:
 
     __slots__ = ("_G", "_bodies", "_core", "_options", "_units")
 
-    @named_options("System")
     def __init__(
         self,
         bodies: Sequence[Body],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import named_options
 from .._rotation import quaternion
 from ..bodies import Body, Ellipsoid, Sphere
 from ..errors import InvalidInput, caution
@@ -21,6 +22,7 @@ __all__ = ["read_gubas"]
 _UNITS = ("km", "s", "kg")
 
 
+@named_options
 def read_gubas(
     path: Any,
     *,

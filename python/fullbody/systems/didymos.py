@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import named_options
 from ..pair import Component
 from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
@@ -87,6 +88,7 @@ AFTER = Published(
 )
 
 
+@named_options
 @documented(BEFORE)
 def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos before the impact of DART.
@@ -132,6 +134,7 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     )
 
 
+@named_options
 @documented(AFTER)
 def didymos_after_dart(
     *, tilt: Any = 0.0, frame: Frame = "ecliptic", units: Wanted = False, **options: Any
