@@ -293,12 +293,24 @@ class Units:
             return value
         return value << self.unit(dimension)
 
+    def attach_mu(self, value: float) -> Any:
+        """G times masses of a system, as a Quantity that knows the system's units as long as nothing is done to it."""
+        mu = self.attach(value, "mu")
+        if self.known:
+            mu._units_of_system = self
+        return mu
+
     @cached_property
     def gravitational_constant(self) -> float:
         """Newton's constant (CODATA, as in astropy) in these units."""
         from astropy import constants
 
         return float(constants.G.to_value(self.unit("G")))
+
+
+def units_of(mu: Any) -> Units | None:
+    """The units of the system that a Quantity is the mu of, where it is one."""
+    return getattr(mu, "_units_of_system", None)
 
 
 def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:

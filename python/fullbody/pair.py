@@ -272,7 +272,7 @@ def _doubts(
 ) -> Iterator[str]:
     """What can be computed with, but is probably a mistake."""
     units = system._units
-    longest = max(units.number(axis, "length", "semi-axis") for axis in system.bodies[0].shape.semi_axes or ())
+    longest = max(units.number(axis, "length", "semi-axis") for axis in system.bodies[0].shape._lengths or ())
     if separation > _WIDE * longest:
         far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
         yield (

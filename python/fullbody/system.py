@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -29,7 +29,7 @@ _CORE = ("gravity", "gravity_tolerance", "order", "attitude_chart", "vector_path
 
 @named_options
 class System:
-    """Bodies under their mutual gravity.
+    """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
 
     Parameters
     ----------
@@ -183,7 +183,38 @@ class System:
         first, second = self._place(i, "i"), self._place(j, "j")
         if first == second:
             raise InvalidInput(f"i and j are {i!r} and {j!r}, both {self.names[first]}; expected two bodies")
-        return self._units.attach(self._G * (masses[first] + masses[second]), "mu")
+        return self._units.attach_mu(self._G * (masses[first] + masses[second]))
+
+    def index(self, body: int | str) -> int:
+        """The place of a body.
+
+        Parameters
+        ----------
+        body : int or str
+            Its name, or its place itself.
+
+        Raises
+        ------
+        InvalidInput
+            For a body that the system does not have.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> system.index("Beta"), system["Beta"].shape
+        (1, Ellipsoid(a=0.285, b=0.2315, c=0.1745))
+        """
+        return self._place(body, "body")
+
+    def __getitem__(self, body: int | str) -> Body:
+        return self._bodies[self.index(body)]
+
+    def __iter__(self) -> Iterator[Body]:
+        return iter(self._bodies)
+
+    def __contains__(self, body: object) -> bool:
+        return body in self.names if isinstance(body, str) else body in self._bodies
 
     def _place(self, index: object, what: str) -> int:
         """A place in the system from a place or a name, or an error that says which there are."""

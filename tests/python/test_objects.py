@@ -76,6 +76,7 @@ def made(units=False):
         run.elements(),
         run,
         run[::2],
+        run["Beta"],
         run.statistics,
         run([1.0, 2.0]),
         observables.element_rates(run),
@@ -85,6 +86,19 @@ def made(units=False):
         systems.published("antiope"),
         systems.published("antiope").values["separation"],
     )
+
+
+def test_texts_of_arrays_leave_round_off_out():
+    """Six decimals of each vector's largest component: a heavy body near the origin keeps its digits."""
+    state = fullbody.State([[1.25e-9, 1e-25, -1e-25], [2.5, 1e-16, -1e-12]], [[-0.0, 0, 0], [0, 1, 0]])
+    text = repr(state)
+    assert "[[1.25e-09 0.00e+00 0.00e+00]" in text
+    assert "[2.50e+00 0.00e+00 0.00e+00]]" in text
+    assert "-0" not in text.replace("e-0", "")
+    kw4, start = systems.kw4(units=True)
+    shown = repr(kw4.interactions(start))
+    assert shown.count("0.000000e+00") == 4
+    assert np.abs(kw4.interactions(start).force.value[:, 1:]).max() > 0.0
 
 
 def setup_of(folder):
