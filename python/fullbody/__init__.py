@@ -45,6 +45,7 @@ from .simulation import Simulation
 from .state import State
 from .system import System
 from .toml_setup import Setup, read_toml
+from .track import Track
 
 if _typing.TYPE_CHECKING:
     from . import cli as cli
@@ -98,6 +99,7 @@ __all__ = [
     "StepSizeTooSmall",
     "SymplecticSplitting",
     "System",
+    "Track",
     "Verner65",
     "Verner76",
     "Verner87",

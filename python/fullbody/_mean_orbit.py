@@ -168,4 +168,4 @@ def _of_points(system: System) -> bool:
 
 def _axes(system: System, place: int) -> list[float]:
     """Semi-axes in plain numbers."""
-    return [system._units.number(axis, "length", "semi-axis") for axis in system.bodies[place].shape.semi_axes or ()]
+    return [system._units.number(axis, "length", "semi-axis") for axis in system.bodies[place].shape._lengths or ()]

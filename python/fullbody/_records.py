@@ -25,11 +25,24 @@ def brief(value: Any) -> str:
 
 
 def block(head: str, **parts: Any) -> str:
-    """Many lines: small arrays with all their numbers, six digits of them, a part a line."""
+    """Many lines: small arrays of vectors to six decimals of each one's largest component, a part a line."""
     with np.printoptions(precision=6, suppress=False):
-        rows = [f"  {label}={value!s}" for label, value in parts.items()]
+        rows = [f"  {label}={_rounded(value)!s}" for label, value in parts.items()]
     body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
     return f"{head}\n{body})"
+
+
+def _rounded(value: Any) -> Any:
+    """Vectors to what is shown of them: round-off beside large components would be printed with all its zeros."""
+    if not np.ndim(value):
+        return value
+    plain = np.asarray(getattr(value, "value", value))
+    largest = np.abs(plain).max(axis=-1, keepdims=True)
+    with np.errstate(divide="ignore"):
+        scale = np.where(largest > 0.0, 10.0 ** np.floor(np.log10(largest)), 1.0)
+    # Zero is added since it turns -0 into 0.
+    rounded = np.round(plain / scale, 6) * scale + 0.0
+    return rounded << value.unit if is_quantity(value) else rounded
 
 
 def same(first: Any, second: Any) -> bool:

@@ -60,6 +60,36 @@ _KNOWN = (
 )
 
 
+#: Plurals and short forms that astropy does not know. A month is not among them, for it has no fixed length.
+_WORDS = {
+    "s": ("seconds", "sec", "secs"),
+    "min": ("minutes", "mins"),
+    "hour": ("hours", "hrs"),
+    "day": ("days",),
+    "week": ("weeks", "wks"),
+    "year": ("years", "yrs"),
+    "deg": ("degrees", "degs"),
+    "rad": ("radians", "rads"),
+    "m": ("meters", "metre", "metres"),
+    "km": ("kilometers", "kilometre", "kilometres", "kms"),
+    "kg": ("kilograms", "kgs"),
+    "g": ("grams",),
+    "t": ("tonnes",),
+}
+
+
+def _read(text: str) -> Any:
+    """The Quantity of a text with a unit as people write it."""
+    from astropy import units as u
+
+    try:
+        return u.Quantity(text)
+    except (TypeError, ValueError):
+        # A list of words for this call alone, which takes half a millisecond.
+        with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
+            return u.Quantity(text)
+
+
 def is_quantity(value: object) -> bool:
     """Whether a value carries a unit."""
     return hasattr(value, "unit") and hasattr(value, "to_value")
@@ -95,13 +125,14 @@ def _has_text(value: Any) -> bool:
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:
     """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
 
-    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. The
-    dimension serves the examples in errors.
+    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
+    has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.
     """
     if isinstance(value, str):
         return from_text(value, what, dimension)
+    refuse_masked(value, what)
     if not isinstance(value, list | tuple):
-        return value
+        return _bare(value)
     parts = [gathered(part, what, dimension) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
@@ -116,6 +147,30 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
 
 
+def _bare(value: Any) -> Any:
+    """The Quantity in a column of a table, of which numpy would drop the unit; the array under an empty mask."""
+    if getattr(value, "unit", None) is not None and hasattr(value, "quantity"):
+        value = value.quantity
+    return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)
+
+
+def refuse_masked(value: Any, what: str) -> None:
+    """Refuse what is masked, an array with masked values, or a list with some."""
+    mask = getattr(value, "mask", None)
+    if isinstance(value, list | tuple):
+        masked = sum(part is np.ma.masked for part in value)
+        size = len(value)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        masked, size = sum(part is np.ma.masked for part in value.flat), value.size
+    elif isinstance(mask, np.ndarray | np.bool_):
+        masked, size = int(np.sum(mask)), np.size(mask)
+    else:
+        return
+    if masked:
+        many = "is masked" if size == 1 else f"has {masked} masked value{'s' if masked > 1 else ''} of {size}"
+        raise InvalidInput(f"{what} {many}; expected numbers throughout")
+
+
 def from_text(text: str, what: str, dimension: str = "length") -> Any:
     """The Quantity of a text with a unit."""
     with need("units", "text with a unit"):
@@ -123,7 +178,7 @@ def from_text(text: str, what: str, dimension: str = "length") -> Any:
 
     unit = _EXAMPLES.get(dimension, "km")
     try:
-        quantity = u.Quantity(text)
+        quantity = _read(text)
     except (TypeError, ValueError) as error:
         raise InvalidInput(
             f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 {unit}'"
@@ -238,12 +293,24 @@ class Units:
             return value
         return value << self.unit(dimension)
 
+    def attach_mu(self, value: float) -> Any:
+        """G times masses of a system, as a Quantity that knows the system's units as long as nothing is done to it."""
+        mu = self.attach(value, "mu")
+        if self.known:
+            mu._units_of_system = self
+        return mu
+
     @cached_property
     def gravitational_constant(self) -> float:
         """Newton's constant (CODATA, as in astropy) in these units."""
         from astropy import constants
 
         return float(constants.G.to_value(self.unit("G")))
+
+
+def units_of(mu: Any) -> Units | None:
+    """The units of the system that a Quantity is the mu of, where it is one."""
+    return getattr(mu, "_units_of_system", None)
 
 
 def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:

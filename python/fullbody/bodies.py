@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import name_of, positive, refuse_mixture
+from ._arguments import name_of, named_options, positive, refuse_mixture
 from ._records import Alike, hashed, same
 from ._units import Units, gathered, is_quantity, strip_to
 from .errors import InvalidInput
@@ -18,6 +18,7 @@ __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
 _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipsoid(Alike):
     """A homogeneous ellipsoid.
@@ -46,14 +47,26 @@ class Ellipsoid(Alike):
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):
             object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
-        refuse_mixture(dict(zip(_AXES, self.semi_axes, strict=True)))
+        refuse_mixture(dict(zip(_AXES, self._lengths, strict=True)))
 
     @property
-    def semi_axes(self) -> tuple[Any, Any, Any]:
-        """Semi-axes along x, y, z."""
+    def _lengths(self) -> tuple[Any, Any, Any]:
         return (self.a, self.b, self.c)
 
+    @property
+    def semi_axes(self) -> Any:
+        """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity.
 
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.Ellipsoid("2 km", "1.5 km", "800 m").semi_axes
+        <Quantity [2. , 1.5, 0.8] km>
+        """
+        return gathered(self._lengths, "semi_axes")
+
+
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Sphere(Alike):
     """A homogeneous sphere.
@@ -75,11 +88,16 @@ class Sphere(Alike):
         object.__setattr__(self, "radius", positive(self.radius, "m", "radius"))
 
     @property
-    def semi_axes(self) -> tuple[Any, Any, Any]:
-        """The radius three times."""
+    def _lengths(self) -> tuple[Any, Any, Any]:
         return (self.radius, self.radius, self.radius)
 
+    @property
+    def semi_axes(self) -> Any:
+        """The radius three times (3,): a tuple of numbers, or a Quantity."""
+        return gathered(self._lengths, "semi_axes")
 
+
+@named_options
 @dataclass(frozen=True, slots=True)
 class PointMass:
     """A body without extent: no torque acts on it and its spin does not change.
@@ -91,6 +109,8 @@ class PointMass:
     Body(PointMass(), mass=1.0, name='probe')
     """
 
+    _lengths = None
+
     @property
     def semi_axes(self) -> None:
         """A point has none."""
@@ -101,6 +121,7 @@ class PointMass:
 SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
 
 
+@named_options
 class Body:
     """A shape with a mass.
 
@@ -163,7 +184,7 @@ class Body:
         """Density as given, or mass by volume; ``None`` for a point."""
         if self._density is not None:
             return self._density
-        return None if self._shape.semi_axes is None else self._mass / self._volume("mass", self._mass)
+        return None if self._shape._lengths is None else self._mass / self._volume("mass", self._mass)
 
     def _volume(self, what: str, value: Any) -> Any:
         """The volume, to go with a mass or a density."""
@@ -172,7 +193,7 @@ class Body:
 
     def _axes(self, what: str, value: Any) -> tuple[Any, Any, Any]:
         """The semi-axes, where both they and a value to go with them have units or neither has."""
-        axes = self._shape.semi_axes
+        axes = self._shape._lengths
         assert axes is not None
         called = self._name if self._name is not None else "the body"
         refuse_mixture({f"{what} of {called}": value, **dict(zip(_AXES, axes, strict=True))})
@@ -190,7 +211,7 @@ class Body:
         >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
         array([ 5., 10., 13.])
         """
-        if self._shape.semi_axes is None:
+        if self._shape._lengths is None:
             return self.mass * 0.0 * np.ones(3)
         a, b, c = (axis * axis for axis in self._axes("mass", self.mass))
         moments = [b + c, c + a, a + b]
@@ -239,7 +260,7 @@ class Body:
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         name = self._name if self._name is not None else f"body {index}"
-        axes: Any = self._shape.semi_axes
+        axes: Any = self._shape._lengths
         if axes is not None:
             axes = tuple(
                 units.number(axis, "length", f"semi-axis {label} of {name}")
@@ -314,7 +335,7 @@ class Body:
             from astropy import constants
 
             G = constants.G
-        sizes = self._shape.semi_axes or ()
+        sizes = self._shape._lengths or ()
         amount = {"mass": self._mass} if self._density is None else {"density": self._density}
         known = refuse_mixture({"points": points, "G": G, **dict(zip(_AXES, sizes, strict=False)), **amount})
         units = _units_of(points, G) if known else Units()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _rotation, frames
-from ._arguments import pole, positive
+from ._arguments import doubt_radians, named_options, pole, positive
 from ._records import Record
 from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from .bodies import Ellipsoid
@@ -17,6 +17,7 @@ from .errors import InvalidInput
 __all__ = ["Component"]
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Component(Record):
     """One of the two bodies of :func:`binary`, as published.
@@ -78,6 +79,8 @@ class Component(Record):
         if Units().number(self.tilt, "angle", f"tilt of {called}") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
         Units().number(self.rotation_angle, "angle", f"rotation_angle of {called}")
+        doubt_radians(self.tilt, f"tilt of {called}")
+        doubt_radians(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
             pole(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:

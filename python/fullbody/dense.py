@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import _core
+from ._arguments import named_options
 from ._records import Record
 from .errors import InvalidInput
 from .state import State
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Dense", "Samples"]
 
 
+@named_options
 class Dense:
     """A run as a function of time.
 

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._arguments import doubt_radians, named_options, refuse_mixture
 from ._records import brief, same
-from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to
+from ._units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from .errors import InvalidInput
 
 __all__ = ["KeplerElements"]
@@ -16,6 +17,7 @@ __all__ = ["KeplerElements"]
 _ANGLES = ("i", "Omega", "omega", "M")
 
 
+@named_options
 class KeplerElements:
     """Osculating elements of a two-body orbit: one orbit, or arrays of them.
 
@@ -54,6 +56,11 @@ class KeplerElements:
     InvalidInput
         For values that describe no orbit.
 
+    Warns
+    -----
+    InconsistentInput
+        For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
     Notes
     -----
     Circular orbits are given omega = 0 and M from the node; equatorial ones Omega = 0 and angles from the x-axis.
@@ -84,6 +91,8 @@ class KeplerElements:
             object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
         # Any mu will do to have the core check the rest.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
+        for name in ("Omega", "omega", "M"):
+            doubt_radians(getattr(self, name), name)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"elements do not change; make new ones with another {name}")
@@ -105,14 +114,16 @@ class KeplerElements:
         Parameters
         ----------
         mu : float or Quantity
-            G times the sum of the masses, in the units of ``a`` and of the time wanted. A Quantity where ``a`` is one.
+            G times the sum of the masses, in the units of ``a`` and of the time wanted. A Quantity where ``a`` is one;
+            beside :meth:`fullbody.System.mu` itself a plain number is in the units of that system.
 
         Returns
         -------
         r, v : ndarray or Quantity, (3,) or (..., 3)
+            Quantities where ``mu`` is one.
         """
         mu, length, rate = _mu_and_units(self.a, mu, "a")
-        rows, shape = self._rows(self.a if length is None else strip_to(self.a, length, "a"))
+        rows, shape = self._rows(_in(length, self.a, "a"))
         r, v = _core.elements_to_cartesian(rows, mu)
         r, v = r.reshape(*shape, 3), v.reshape(*shape, 3)
         return (r, v) if length is None else (r * length, v * (length * rate))
@@ -125,14 +136,14 @@ class KeplerElements:
         ----------
         r, v : array_like or Quantity, (3,) or (..., 3)
         mu : float or Quantity
-            G times the sum of the masses.
+            G times the sum of the masses; as for :meth:`to_cartesian`.
         frame : str or astropy frame, optional
             That ``r`` and ``v`` are in; the elements keep it.
 
         Returns
         -------
         KeplerElements
-            With floats, or with Quantities (angles in radians) where ``r`` is one.
+            With floats, or with Quantities (angles in radians) where ``mu`` is one.
 
         Examples
         --------
@@ -142,14 +153,8 @@ class KeplerElements:
         """
         r, v = gathered(r, "r"), gathered(v, "v")
         mu, length, rate = _mu_and_units(r, mu, "r")
-        if length is not None:
-            r = strip_to(r, length, "r")
-            if not is_quantity(v):
-                raise InvalidInput(f"r has the unit {length}, but v has none; expected both or neither")
-            v = strip_to(v, length * rate, "v")
-        elif is_quantity(v):
-            raise InvalidInput(f"v has the unit {v.unit}, but r has none; expected both or neither")
-        r, v = numbers(r, "r"), numbers(v, "v")
+        refuse_mixture({"r": r, "v": v})
+        r, v = _in(length, r, "r"), _in(None if length is None else length * rate, v, "v")
         if r.shape != v.shape or r.ndim == 0 or r.shape[-1] != 3:
             raise InvalidInput(f"r and v have shapes {r.shape} and {v.shape}; expected (..., 3) for both")
         rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), mu)
@@ -226,6 +231,7 @@ class KeplerElements:
         Parameters
         ----------
         mu : float or Quantity
+            As for :meth:`to_cartesian`.
 
         Raises
         ------
@@ -239,7 +245,7 @@ class KeplerElements:
         6.283185307179586
         """
         mu, length, rate = _mu_and_units(self.a, mu, "a")
-        rows, shape = self._rows(self.a if length is None else strip_to(self.a, length, "a"))
+        rows, shape = self._rows(_in(length, self.a, "a"))
         period = _core.period(rows, mu).reshape(shape)
         value: Any = float(period) if period.ndim == 0 else period
         return value if length is None else value / rate
@@ -290,6 +296,10 @@ def _length_number(a: Any) -> Any:
 def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
     """Mu as a number, and the units of length and of inverse time that it is in; ``None`` for plain numbers."""
     mu = gathered(mu, "mu")
+    system = units_of(mu)
+    if not is_quantity(length) and system is not None:
+        # Plain numbers are in the units of the system that the mu is of.
+        return float(mu.value), system.unit("length"), 1 / system.unit("time")
     if is_quantity(length) != is_quantity(mu):
         given, unit, plain = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
         raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
@@ -305,3 +315,8 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
     ]
     rate = 1 / (times[0] if times else u.s)
     return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate
+
+
+def _in(unit: Any, value: Any, what: str) -> Any:
+    """Numbers in a unit, which plain ones are in already."""
+    return strip_to(value, unit, what) if is_quantity(value) else numbers(value, what)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,10 +39,11 @@ class InvalidInput(FullbodyError, ValueError):
 
 
 class InconsistentInput(UserWarning):
-    """A warning: input to compute with that is hardly meant.
+    """A warning: the input can be computed with, but is probably a mistake.
 
-    Numbers given twice that differ a little, such as a period and a semi-major axis with the masses; a density of no
-    asteroid; a body whose rotation is not stated.
+    Examples are two values of one quantity that differ a little, such as a period beside a semi-major axis and masses;
+    a density that no asteroid has; a body whose rotation is not stated; quaternions that are not of length one; angles
+    that look like degrees; a start whose bodies are far apart, or much too fast to be bound.
     """
 
 
@@ -113,6 +116,15 @@ class ChartSingularity(FullbodyError, RuntimeError):
 
 class PrecisionWarning(UserWarning):
     """A tolerance below what doubles can do, which is raised to that."""
+
+
+def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
+    """Warn, at the line outside of this package that has led here."""
+    package = __name__.partition(".")[0]
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)
 
 
 class Interrupted(KeyboardInterrupt):

@@ -10,12 +10,13 @@ still be missed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from . import _core
-from ._arguments import directions, integer, place
+from ._arguments import directions, integer, named_options, place
 from ._records import Alike
 from ._units import gathered, numbers, scalar
 from .errors import InvalidInput
@@ -38,6 +39,7 @@ __all__ = [
 ]
 
 
+@named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Event(Alike):
     """Base of all events.
@@ -78,6 +80,7 @@ class _OfPair(Event):
         return self._place(system, "i"), self._place(system, "j")
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Separation(_OfPair):
     """The centres of bodies i and j are ``value`` apart.
@@ -107,6 +110,7 @@ class Separation(_OfPair):
         return _core.Condition.Separation(*self._pair(system), value)
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Contact(_OfPair):
     """The surfaces of bodies i and j touch, also where they only graze.
@@ -139,6 +143,7 @@ class Contact(_OfPair):
         return _core.Condition.Contact(*self._pair(system))
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Periapsis(_OfPair):
     """The centres of bodies i and j are nearest.
@@ -161,6 +166,7 @@ class Periapsis(_OfPair):
         return _core.Condition.Periapsis(*self._pair(system))
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_OfPair):
     """The centres of bodies i and j are furthest apart.
@@ -175,6 +181,7 @@ class Apoapsis(_OfPair):
         return _core.Condition.Apoapsis(*self._pair(system))
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class PlaneCrossing(Event):
     """The centre of body i goes through a plane.
@@ -204,6 +211,7 @@ class PlaneCrossing(Event):
         return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Escape(_OfPair):
     """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
@@ -224,6 +232,7 @@ class Escape(_OfPair):
         return _core.Condition.Escape(*self._pair(system), distance)
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Alignment(_OfPair):
     """The angle between body i's long axis and the line to body j is smallest.
@@ -238,6 +247,7 @@ class Alignment(_OfPair):
         return _core.Condition.Alignment(*self._pair(system))
 
 
+@named_options
 @dataclass(frozen=True, eq=False)
 class Function(Event):
     """A function of the state goes through zero.
@@ -245,7 +255,8 @@ class Function(Event):
     Parameters
     ----------
     f : callable
-        Takes a :class:`fullbody.State`, gives a number or a Quantity.
+        Takes a :class:`fullbody.State`, gives a finite number or Quantity; anything else ends the run in
+        :class:`fullbody.InvalidInput`.
     direction : {-1, 0, 1}
         1: it rises through zero as time grows; -1: it falls.
     terminal : bool
@@ -266,9 +277,15 @@ class Function(Event):
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
+        what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
+
         def call(core: Any) -> float:
-            value = gathered(self.f(State._wrap(core, system)), "value of Function")
-            return scalar(numbers(getattr(value, "value", value), "value of Function"), "value of Function")
+            state = State._wrap(core, system)
+            value = gathered(self.f(state), what)
+            number = scalar(numbers(getattr(value, "value", value), what), what)
+            if not math.isfinite(number):
+                raise InvalidInput(f"{what} is {number} at time {state.time}; expected a finite number")
+            return number
 
         return _core.Condition.Function(call)
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _rotation
-from ._arguments import directions, pole
+from ._arguments import directions, doubt_radians, named_options, pole
 from ._arguments import vectors as _vectors
 from ._units import Units, is_quantity
 from .errors import InvalidInput
@@ -29,6 +29,7 @@ _EXPECTED = (
 )
 
 
+@named_options
 def rotation(origin: Any, target: Any) -> _Array:
     """The matrix that turns components in one frame into components in another.
 
@@ -71,6 +72,7 @@ def rotation(origin: Any, target: Any) -> _Array:
     return matrix
 
 
+@named_options
 def turn(vectors: Any, origin: Any, target: Any) -> Any:
     """Vectors given in one frame, in another.
 
@@ -92,6 +94,7 @@ def turn(vectors: Any, origin: Any, target: Any) -> Any:
     return _vectors(vectors, "vectors") @ rotation(origin, target).T
 
 
+@named_options
 def turn_state(state: State, origin: Any, target: Any) -> State:
     """A state given in one frame, in another: positions, velocities and attitudes; spins are along the bodies' axes.
 
@@ -122,6 +125,7 @@ def turn_state(state: State, origin: Any, target: Any) -> State:
     )
 
 
+@named_options
 def pole_vector(longitude: Any, latitude: Any) -> _Array:
     """The unit vector of a longitude and latitude (or right ascension and declination).
 
@@ -144,6 +148,7 @@ def pole_vector(longitude: Any, latitude: Any) -> _Array:
     return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
 
 
+@named_options
 def pole_angles(vector: Any) -> tuple[Any, Any]:
     """Longitude from 0 to 2 pi and latitude, radians, of a direction.
 
@@ -166,6 +171,7 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
     return np.mod(np.arctan2(y, x), 2 * np.pi), np.arctan2(z, np.hypot(x, y))
 
 
+@named_options
 def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
     """A pole's longitude and latitude in another frame.
 
@@ -196,6 +202,7 @@ def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[
     return result[0] * u.rad, result[1] * u.rad
 
 
+@named_options
 def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     """The attitude of a body from the longitude and latitude of its pole (its z-axis).
 
@@ -226,6 +233,7 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     """
     lon, lat = pole((longitude, latitude), "pole")
     w = Units().number(angle, "angle", "angle")
+    doubt_radians(angle, "angle")
     return _rotation.product(
         _rotation.turn(2, lon + np.pi / 2), _rotation.turn(0, np.pi / 2 - lat), _rotation.turn(2, w)
     )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
 from . import _core
+from ._arguments import named_options
 from ._records import Alike
 from ._units import gathered, is_quantity, numbers, scalar, strip_to
-from .errors import InvalidInput, PrecisionWarning
+from .errors import InvalidInput, PrecisionWarning, caution
 
 __all__ = [
     "DormandPrince54",
@@ -29,6 +29,11 @@ class Integrator(Alike):
     """Base of all integrators."""
 
     __slots__ = ()
+
+    @property
+    def _tolerance(self) -> float | None:
+        """What the error of a step is held to, relative to the distance of the nearest body; none with fixed steps."""
+        return None
 
     def _describe(self, strip: Any) -> dict[str, Any]:
         """Name and settings in numbers, for the core and for files; ``strip`` turns a time into the system's units."""
@@ -74,10 +79,15 @@ class _Adaptive(Integrator):
         rtol, _ = _core.tolerance(self.rtol, self.atol)
         if rtol > self.rtol:
             text = f"rtol + atol is {self.rtol + self.atol:g}, below what doubles can do; rtol is raised to {rtol:g}"
-            warnings.warn(text, PrecisionWarning, stacklevel=3)
+            caution(text, PrecisionWarning)
             object.__setattr__(self, "rtol", rtol)
 
+    @property
+    def _tolerance(self) -> float | None:
+        return self.rtol + self.atol
 
+
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner98(_Adaptive):
     """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9: the default.
@@ -104,6 +114,7 @@ class Verner98(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner87(_Adaptive):
     """Verner's pair of orders 8 and 7; tolerances as in :class:`Verner98`.
@@ -114,6 +125,7 @@ class Verner87(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner76(_Adaptive):
     """Verner's pair of orders 7 and 6; tolerances as in :class:`Verner98`.
@@ -124,6 +136,7 @@ class Verner76(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner65(_Adaptive):
     """Verner's pair of orders 6 and 5; tolerances as in :class:`Verner98`.
@@ -134,6 +147,7 @@ class Verner65(_Adaptive):
     """
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class DormandPrince54(_Adaptive):
     """The pair of Dormand and Prince of orders 5 and 4; tolerances as in :class:`Verner98`.
@@ -161,6 +175,7 @@ def _time(step: Any) -> Any:
     return step
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
     """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation a step.
@@ -181,6 +196,7 @@ class LieGroupVariational(Integrator):
         object.__setattr__(self, "step", _time(self.step))
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class SymplecticSplitting(Integrator):
     """Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.

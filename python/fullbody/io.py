@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import _occurrences
-from ._arguments import integer
+from ._arguments import integer, named_options
 from ._files import check_suffix, replacing
 from ._units import need
 from .errors import InvalidInput
@@ -140,6 +140,7 @@ def _protected(variable: Any) -> dict[str, Any]:
     return {"fletcher32": True, "chunksizes": (rows, *variable.shape[1:])}
 
 
+@named_options
 def load(path: Any) -> Run:
     """Read a run that :meth:`fullbody.Run.save` wrote.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, Literal
@@ -10,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from . import _rotation
-from ._arguments import options_of, refuse_unknown
+from ._arguments import doubt_radians, named_options, options_of, refuse_unknown
 from ._arguments import pole as angles_of
 from ._masses import Known, solve
 from ._mean_orbit import in_attraction, kept
@@ -19,13 +18,18 @@ from ._units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from .bodies import Body
 from .component import Component, attitude, pointing, rate
 from .elements import KeplerElements
-from .errors import InconsistentInput, InvalidInput
+from .errors import InvalidInput, caution
 from .state import State
 from .system import System
+from .tables import number
 
 __all__ = ["Component", "binary"]
 
+#: Semi-major axes by the primary's longest semi-axis; of the known binaries only a few beyond Neptune are wider.
+_WIDE = 200.0
 
+
+@named_options
 def binary(
     primary: Component,
     secondary: Component,
@@ -113,8 +117,8 @@ def binary(
         ``mismatch_warning`` below the one which the bodies' figures force (see the notes); for a period that no start
         has to 1e-6 over the revolutions that it is measured in, that does not last to 1e-4 over two and four times as
         many, or that cannot be measured over either, for the bodies meet (see the notes); for an implied density
-        outside 100 to 20000 kg/m^3, where there are units; for a body that rotates by nothing that is stated, which
-        starts without rotation
+        outside 100 to 20000 kg/m^3, where there are units; for a semi-major axis above 200 times the longest semi-axis
+        of the primary; for a body that rotates by nothing that is stated, which starts without rotation
         (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
@@ -166,14 +170,14 @@ def binary(
         elements = "osculating" if period is None else "mean"
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    swing = _angle(libration, "libration")
+    swing = Units().number(libration, "angle", "libration")
     if abs(swing) > 2 * np.pi:
         raise InvalidInput(f"libration is {libration!r}; expected radians, a turn at most, or a Quantity")
     if swing != 0.0 and not synchronous:
         raise InvalidInput(
             f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
         )
-    if synchronous and _angle(secondary.rotation_angle, "rotation_angle") != 0.0:
+    if synchronous and Units().number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
         raise InvalidInput(
             f"rotation_angle is {secondary.rotation_angle!r} of a secondary that is synchronous; expected libration="
         )
@@ -196,15 +200,15 @@ def binary(
         if mismatch.relative > too_much:
             raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={mismatch_error}")
         if mismatch.relative > worth_a_word:
-            warnings.warn(f"{mismatch}; the former is taken", InconsistentInput, stacklevel=2)
+            caution(f"{mismatch}; the former is taken")
     bodies = []
     for component, mass in zip(pair, found.masses, strict=True):
         # A mass without a unit beside sizes without one, so that the density makes sense.
         value = convert.attach(mass, "mass") if is_quantity(component.shape.a) else mass
         bodies.append(Body(component.shape, mass=value, name=component.name))
     system = System(bodies, G=gravity, units=convert.names, **options)
-    for doubt in _doubts(system, pair, synchronous):
-        warnings.warn(doubt, InconsistentInput, stacklevel=2)
+    for doubt in _doubts(system, pair, synchronous, found.semi_major_axis):
+        caution(doubt)
 
     node, inclination = (0.0, 0.0)
     if pole is not None:
@@ -249,7 +253,7 @@ def binary(
         else:
             plain, irregular = kept(system, found.period, mean, locked_places)
             if irregular is not None:
-                warnings.warn(irregular, InconsistentInput, stacklevel=2)
+                caution(irregular)
         _refuse_overlap(system, plain.position[1] - plain.position[0], attitudes)
     else:
         plain = start(found.semi_major_axis, mu, found.period)
@@ -258,7 +262,7 @@ def binary(
         _, attracting = in_attraction(system, there, False, towards, attitudes, turning)
         forced = abs(attracting / mu - 1.0)
         if forced - round_or_not > worth_a_word:
-            warnings.warn(_too_round(plain, round_or_not, forced, attracting), InconsistentInput, stacklevel=2)
+            caution(_too_round(plain, round_or_not, forced, attracting))
     state = State(
         convert.attach(plain.position, "length"),
         convert.attach(plain.velocity, "velocity"),
@@ -286,9 +290,19 @@ def _dimensional(component: Component) -> tuple[Any, ...]:
     return (c.semi_axes, c.diameters, c.diameter, c.mass, c.density, c.rotation_period)
 
 
-def _doubts(system: System, components: tuple[Component, Component], synchronous: bool) -> Iterator[str]:
-    """What can be computed with, but is hardly meant."""
+def _doubts(
+    system: System, components: tuple[Component, Component], synchronous: bool, separation: float
+) -> Iterator[str]:
+    """What can be computed with, but is probably a mistake."""
     units = system._units
+    longest = max(units.number(axis, "length", "semi-axis") for axis in system.bodies[0].shape._lengths or ())
+    if separation > _WIDE * longest:
+        far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
+        yield (
+            f"the semi-major axis, {far}, is {separation / longest:.4g} times the longest semi-axis of the primary "
+            f"{system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of the "
+            "masses and of the period or the semi-major axis"
+        )
     for k, (name, component) in enumerate(zip(system.names, components, strict=True)):
         called = f"{('primary', 'secondary')[k]} {name!r}"
         if component.rotation_period is None and not (synchronous and k == 1):
@@ -349,6 +363,7 @@ def _known(
 
 
 def _angle(value: Any, what: str) -> float:
+    doubt_radians(value, what)
     return Units().number(value, "angle", what)
 
 

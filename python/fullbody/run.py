@@ -10,12 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._arguments import named_options
 from ._recorded import Recorded
 from .dense import Dense, Samples
 from .elements import KeplerElements
 from .errors import InvalidInput
 from .integrators import Integrator
 from .state import State
+from .track import Track
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,10 +45,12 @@ class Statistics:
     evaluations: int
 
 
+@named_options
 class Run(Recorded):
     """What an integration recorded; K samples of N bodies.
 
-    ``run[k]`` is a :class:`State`, ``run[::k]`` a thinned :class:`Run` (its statistics and events are the whole run's).
+    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
+    :class:`Run` (its statistics and events are the whole run's).
     Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
 
     Attributes
@@ -167,7 +171,11 @@ class Run(Recorded):
     def __getitem__(self, index: int) -> State: ...
     @overload
     def __getitem__(self, index: slice) -> Run: ...
-    def __getitem__(self, index: int | slice) -> State | Run:
+    @overload
+    def __getitem__(self, index: str) -> Track: ...
+    def __getitem__(self, index: int | slice | str) -> State | Run | Track:
+        if isinstance(index, str):
+            return Track._of(self, self.system._place(index, "body"))
         if isinstance(index, slice):
             record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
             run = Run(self.system, record, self.statistics, self.integrator)

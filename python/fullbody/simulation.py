@@ -12,11 +12,13 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from . import _core
+from ._arguments import named_options
+from ._doubts import of_start
 from ._files import replacing
 from ._overlap import explained, explaining
 from ._units import Units, scalar
 from .dense import Dense
-from .errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput
+from .errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
 from .run import Run, Statistics
@@ -29,6 +31,7 @@ __all__ = ["Simulation"]
 _Core: TypeAlias = _core.Simulation
 
 
+@named_options
 class Simulation:
     """A system at a state, to be moved step by step or run by run, forwards or backwards.
 
@@ -38,6 +41,12 @@ class Simulation:
     state : State
     integrator : Integrator, optional
         :class:`fullbody.Verner98` unless given.
+
+    Warns
+    -----
+    InconsistentInput
+        For a start in which a body is ten times as fast as what could escape, and for a heavy body a thousand times as
+        far from others as these are from each other.
 
     Examples
     --------
@@ -62,6 +71,8 @@ class Simulation:
         with explaining(system, lambda: start, " at the start"):
             described = integrator._describe(self._time_of_step)
             self._idle = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
+        for doubt in of_start(system, start, integrator._tolerance):
+            caution(doubt)
 
     #: Whether a run or a step is under way; what is called from within one may not touch it.
     _running = False

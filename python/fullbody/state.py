@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from . import _core, _rotation
-from ._arguments import directions, place, refuse_unknown, vectors
+from ._arguments import directions, doubt_radians, named_options, place, refuse_unknown, vectors
 from ._records import block
 from ._units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
-from .errors import InvalidInput
+from .errors import InvalidInput, caution
 
 if TYPE_CHECKING:
     from .system import System
@@ -20,6 +20,7 @@ __all__ = ["State"]
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
+@named_options
 class State:
     """Position, velocity, attitude and spin of every body at a time.
 
@@ -33,8 +34,9 @@ class State:
     velocity : array_like or Quantity, (N, 3)
         Velocities of the centres, inertial frame. With a unit where the positions have one; zeros need none.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length.
-        Without them the body frames are parallel to the inertial one.
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length, with a
+        warning where that changes them by more than a thousandth. Without them the body frames are parallel to the
+        inertial one.
     spin : array_like or Quantity, (N, 3), optional
         Angular velocities in the body frames, radians per unit time (also where a unit is 1/time); zero if not given.
     time : float or Quantity
@@ -45,6 +47,11 @@ class State:
     InvalidInput
         For values that are not finite, wrong shapes, a quaternion of length zero, and where only some of position,
         velocity, spin and time have units: zeros need none.
+
+    Warns
+    -----
+    InconsistentInput
+        For a quaternion whose length is not 1.
 
     Examples
     --------
@@ -69,13 +76,11 @@ class State:
         values, self._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
         if attitude is None:
             attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(values["position"])), 1))
+        attitude = numbers(attitude, "attitude")
         self._core = _core.State(
-            scalar(values["time"], "time"),
-            values["position"],
-            values["velocity"],
-            numbers(attitude, "attitude"),
-            values["spin"],
+            scalar(values["time"], "time"), values["position"], values["velocity"], attitude, values["spin"]
         )
+        _doubt_lengths(attitude)
 
     @classmethod
     def from_tait_bryan(
@@ -99,6 +104,11 @@ class State:
         -------
         State
 
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
         Examples
         --------
         >>> import fullbody, numpy as np
@@ -117,7 +127,47 @@ class State:
             Units().strip(angles, "angle", "angles"),
             values["spin"],
         )
+        doubt_radians(angles, "angles")
         return state
+
+    @classmethod
+    def from_scipy(cls, position: Any, velocity: Any, rotation: Any, spin: Any = None, time: Any = 0.0) -> State:
+        """A state from rotations of scipy, whose quaternions have the scalar last.
+
+        Parameters
+        ----------
+        position, velocity, spin, time
+            As for :class:`State`.
+        rotation : scipy.spatial.transform.Rotation
+            One that holds N rotations, or a sequence of N. They turn body-frame vectors into the inertial frame, as
+            :attr:`rotation_matrix` does.
+
+        Returns
+        -------
+        State
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> from scipy.spatial.transform import Rotation
+        >>> state = fullbody.State.from_scipy(
+        ...     position=[[0, 0, 0], [2.5, 0, 0]], velocity=[[0, 0, 0], [0, 0.9, 0]],
+        ...     rotation=Rotation.from_euler("z", [[0], [90]], degrees=True))
+        >>> (state.rotation_matrix[1] @ [1, 0, 0]).round(12)
+        array([0., 1., 0.])
+
+        The way back is ``Rotation.from_matrix(state.rotation_matrix)``.
+        """
+        rotations = [rotation] if hasattr(rotation, "as_quat") else rotation
+        try:
+            # Scalar last by the default of all versions of scipy.
+            last = np.concatenate([np.atleast_2d(one.as_quat()) for one in rotations])
+        except (TypeError, AttributeError, ValueError) as error:
+            raise InvalidInput(
+                f"rotation is {rotation!r}; expected a scipy.spatial.transform.Rotation of one rotation a body, or a "
+                "list of them"
+            ) from error
+        return cls(position, velocity, np.roll(last, 1, axis=-1), spin, time)
 
     @classmethod
     def _wrap(cls, core: _core.State, system: System) -> State:
@@ -425,6 +475,17 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
             units["spin"] = u.rad / u.s
     return stripped, units
+
+
+def _doubt_lengths(attitude: Any) -> None:
+    """Warn of the first quaternion whose length is not 1, beyond what three digits a component leave of it."""
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(attitude, axis=1)
+    for body in np.flatnonzero(abs(lengths - 1.0) > 1e-3)[:1]:
+        caution(
+            f"attitude of body {body} is {attitude[body].tolist()}, of length {lengths[body]:.6g}, and is scaled to 1; "
+            "expected a unit quaternion [w, x, y, z], its scalar first"
+        )
 
 
 def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:

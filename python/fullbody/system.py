@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from . import _core, _epoch
 from ._arguments import integer, named_options, place
 from ._overlap import explaining
-from ._units import Units, scalar
+from ._units import Units, numbers, scalar
 from .bodies import SHAPES, Body
 from .errors import InvalidInput
 from .events import Event
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["System"]
 
 
+@named_options
 class System:
-    """Bodies under their mutual gravity.
+    """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
 
     Parameters
     ----------
@@ -70,7 +71,6 @@ class System:
 
     __slots__ = ("_G", "_bodies", "_core", "_options", "_units")
 
-    @named_options("System")
     def __init__(
         self,
         bodies: Sequence[Body],
@@ -182,7 +182,38 @@ class System:
         first, second = self._place(i, "i"), self._place(j, "j")
         if first == second:
             raise InvalidInput(f"i and j are {i!r} and {j!r}, both {self.names[first]}; expected two bodies")
-        return self._units.attach(self._G * (masses[first] + masses[second]), "mu")
+        return self._units.attach_mu(self._G * (masses[first] + masses[second]))
+
+    def index(self, body: int | str) -> int:
+        """The place of a body.
+
+        Parameters
+        ----------
+        body : int or str
+            Its name, or its place itself.
+
+        Raises
+        ------
+        InvalidInput
+            For a body that the system does not have.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> system.index("Beta"), system["Beta"].shape
+        (1, Ellipsoid(a=0.285, b=0.2315, c=0.1745))
+        """
+        return self._place(body, "body")
+
+    def __getitem__(self, body: int | str) -> Body:
+        return self._bodies[self.index(body)]
+
+    def __iter__(self) -> Iterator[Body]:
+        return iter(self._bodies)
+
+    def __contains__(self, body: object) -> bool:
+        return body in self.names if isinstance(body, str) else body in self._bodies
 
     def _place(self, index: object, what: str) -> int:
         """A place in the system from a place or a name, or an error that says which there are."""
@@ -290,6 +321,7 @@ class System:
             Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
         progress : bool, str or callable
             ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+            What it returns is not used; an error that it raises ends the run.
         autosave : (path, seconds), optional
             Writes the simulation to a file when the run begins, every so many seconds and when it ends;
             :meth:`fullbody.Simulation.load` goes on from it.
@@ -304,6 +336,11 @@ class System:
             With the run so far in the attribute ``run``.
         Interrupted
             On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+        Warns
+        -----
+        InconsistentInput
+            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
 
         Examples
         --------
@@ -407,11 +444,9 @@ def _assemble(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> Sys
 def _tolerance(value: Any) -> float:
     """The tolerance as a number; the core knows its limits."""
     try:
-        if not isinstance(value, str):
-            return float(value)
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14")
+        return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
+    except InvalidInput as error:
+        raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
 
 
 def _order(value: Any) -> tuple[int, int]:

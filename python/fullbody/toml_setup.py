@@ -47,6 +47,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import integrators
+from ._arguments import named_options
 from ._files import check_suffix
 from ._records import Record
 from ._toml_table import Table
@@ -72,6 +73,7 @@ _STATE = ("time", "position", "velocity", "spin")
 _DIMENSION = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Setup(Record):
     """What a ``system.toml`` asks for.
@@ -123,6 +125,7 @@ class Setup(Record):
             raise InvalidInput(f"{self.path}: run: {error}") from error
 
 
+@named_options
 def read_toml(path: Any) -> Setup:
     """Read a ``system.toml``.
 

@@ -378,6 +378,7 @@ def test_integrating_into_the_past_of_a_collision_is_fine():
     assert SYSTEM.integrate(state, -1.0).time[-1] == -1.0
 
 
+@pytest.mark.filterwarnings("ignore:A and B start at 1 km / h relative to each other")
 def test_overlaps_say_how_far_or_when():
     """Two spheres of radius one whose centres are 1.5 apart, or fall at each other from 5 with speed one: at 3 they
     touch."""

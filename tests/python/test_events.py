@@ -194,10 +194,11 @@ def test_an_exception_in_a_function_propagates():
     expected = CASE1[0].integrate(CASE1[1], 20.0, output=[20.0])
     assert worst(run.position, expected.position) < 1e-12
     for value, message in (
-        (None, "value of Function is None; expected numbers"),
-        ("x", "value of Function is 'x'; expected numbers"),
-        (np.ones(2), r"value of Function has shape \(2,\); expected a single number"),
-        (np.nan, r"Function at time 2\d.* is NaN; expected a finite number"),
+        (None, "value of the function .*<lambda> is None; expected numbers"),
+        ("x", "value of the function .*<lambda> is 'x'; expected numbers"),
+        (np.ones(2), r"value of the function .*<lambda> has shape \(2,\); expected a single number"),
+        (np.nan, r"value of the function .*<lambda> is nan at time 2\d.*; expected a finite number"),
+        (np.inf, r"value of the function .*<lambda> is inf at time 2\d.*; expected a finite number"),
     ):
         with pytest.raises(fullbody.InvalidInput, match=message):
             sim.integrate(30.0, events=[events.Function(lambda s, value=value: value)])

@@ -19,6 +19,47 @@ def test_elements_and_mu(kw4):
     assert run.elements(primary="Beta", secondary="Alpha") == run.elements(primary=1, secondary=0)
 
 
+def test_bodies_of_a_system(kw4):
+    system = kw4[0]
+    alpha, beta = system.bodies
+    assert (system["Alpha"], system["Beta"], system[0], system[np.int64(1)]) == (alpha, beta, alpha, beta)
+    assert (system.index("Beta"), system.index(1)) == (1, 1)
+    assert list(system) == [alpha, beta]
+    assert "Beta" in system
+    assert beta in system
+    assert "Moon" not in system
+    for wrong, what in (
+        ("Alfa", "body is 'Alfa'; did you mean 'Alpha'"),
+        (2, "body is 2; expected 0 to 1"),
+        (-1, "body is -1"),
+        (slice(1), "body is slice"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            system[wrong]
+
+
+@pytest.mark.parametrize("units", [False, True])
+def test_one_body_along_a_run(units):
+    system, state = fullbody.systems.kw4(units=units)
+    run = system.integrate(state, 10.0, output=1.0)
+    beta = run["Beta"]
+    assert (beta.name, len(beta.time)) == ("Beta", 11)
+    for name in ("time", "position", "velocity", "attitude", "spin"):
+        whole = getattr(run, name)
+        part, expected = getattr(beta, name), whole if name == "time" else whole[:, 1]
+        assert type(part) is type(expected)
+        assert np.array_equal(part, expected)
+        assert not part.flags.writeable
+    for k, sample in enumerate(run):
+        assert np.array_equal(beta.rotation_matrix[k], sample.rotation_matrix[1])
+        assert np.array_equal(beta.tait_bryan[k], sample.tait_bryan[1])
+    assert run["Alpha"] != beta
+    empty = system.integrate(state, 1.0, output=[])["Beta"]
+    assert (empty.position.shape, empty.rotation_matrix.shape, empty.tait_bryan.shape) == ((0, 3), (0, 3, 3), (0, 3))
+    with pytest.raises(fullbody.InvalidInput, match="body is 'Betta'; did you mean 'Beta'"):
+        run["Betta"]
+
+
 @pytest.mark.parametrize(
     "make",
     [

@@ -6,6 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+#: Garbage is doubtful as well.
+pytestmark = pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+
 #: Any double, with the troublemakers often.
 anything = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),

@@ -67,7 +67,7 @@ def made(units=False):
         system,
         system.with_options(gravity="surface", order=(8, 16), attitude_chart="tait_bryan", vector_path="portable"),
         state,
-        state.replace(attitude=[[0.1, 0.2, 0.3, 0.4], [0.5, -0.1, 0.7, 0.9]], time=3.25 * hour),
+        state.replace(attitude=[[0.1, 0.3, 0.3, 0.9], [0.5, -0.1, 0.7, 0.5]], time=3.25 * hour),
         system.interactions(state),
         system.energy(state),
         fullbody.Simulation(system, state, integrators[0]),
@@ -76,6 +76,7 @@ def made(units=False):
         run.elements(),
         run,
         run[::2],
+        run["Beta"],
         run.statistics,
         run([1.0, 2.0]),
         observables.element_rates(run),
@@ -88,6 +89,19 @@ def made(units=False):
         systems.published("antiope"),
         systems.published("antiope").values["separation"],
     )
+
+
+def test_texts_of_arrays_leave_round_off_out():
+    """Six decimals of each vector's largest component: a heavy body near the origin keeps its digits."""
+    state = fullbody.State([[1.25e-9, 1e-25, -1e-25], [2.5, 1e-16, -1e-12]], [[-0.0, 0, 0], [0, 1, 0]])
+    text = repr(state)
+    assert "[[1.25e-09 0.00e+00 0.00e+00]" in text
+    assert "[2.50e+00 0.00e+00 0.00e+00]]" in text
+    assert "-0" not in text.replace("e-0", "")
+    kw4, start = systems.kw4(units=True)
+    shown = repr(kw4.interactions(start))
+    assert shown.count("0.000000e+00") == 4
+    assert np.abs(kw4.interactions(start).force.value[:, 1:]).max() > 0.0
 
 
 def setup_of(folder):

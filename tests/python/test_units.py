@@ -299,6 +299,72 @@ def test_texts():
         fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
 
 
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("30 days", 30 * 86400),
+        ("2 weeks", 14 * 86400),
+        ("3 hrs", 10800),
+        ("1 year", 365.25 * 86400),
+        ("2 years", 730.5 * 86400),
+        ("90 minutes", 5400),
+        ("90 mins", 5400),
+        ("5 hours", 18000),
+        ("10 secs", 10),
+        ("1 hour", 3600),
+    ],
+)
+def test_times_as_people_write_them(text, seconds):
+    system, state = fullbody.systems.kw4(units=("km", "s", "kg"), gravity="point")
+    run = system.integrate(state, text, output=[text])
+    assert run.time[-1].value == pytest.approx(seconds, rel=1e-15)
+
+
+def test_texts_that_are_no_times():
+    system, state = fullbody.systems.kw4(units=True)
+    # A month has no fixed length; M is mega, and 10 m are metres.
+    for text, what in (("1 month", "until is '1 month'; expected .*'2.5 h'"), ("10 m", "until has the unit m")):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            system.integrate(state, text)
+    # What is understood here is not understood elsewhere in the process.
+    with pytest.raises(ValueError, match="days"):
+        u.Unit("days")
+
+
+def test_plain_elements_beside_the_mu_of_a_system():
+    """They are in its units; a mu of other origin says nothing about them."""
+    system, _ = fullbody.systems.kw4(units=("km", "day", "kg"))
+    plain, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
+    mu = system.mu()
+    for (r, v), (expected_r, expected_v) in (
+        (plain.to_cartesian(mu), united.to_cartesian(mu)),
+        (plain.to_cartesian(system.mu("Beta", "Alpha")), united.to_cartesian(mu.to(u.km**3 / u.day**2))),
+    ):
+        assert (r.unit, v.unit) == (u.km, u.km / u.day)
+        assert (r == expected_r).all()
+        assert (v == expected_v).all()
+    assert plain.period(mu) == united.period(mu)
+    assert fullbody.KeplerElements.from_cartesian(r.value, v.value, mu).a.to_value("km") == pytest.approx(2.5)
+    # With one in metres nothing changes: that mu is of kilometres.
+    assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m
+    for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
+        with pytest.raises(fullbody.InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
+            plain.to_cartesian(other)
+    with pytest.raises(fullbody.InvalidInput, match="v has the unit km / d, but r has none"):
+        fullbody.KeplerElements.from_cartesian(r.value, v, mu)
+
+
+def test_semi_axes_with_units_are_one_quantity():
+    axes = fullbody.Ellipsoid(2 * u.km, 1500 * u.m, "0.5 km").semi_axes
+    assert type(axes) is u.Quantity
+    assert axes.unit == u.km
+    assert np.allclose(axes.value, [2.0, 1.5, 0.5], rtol=1e-15)
+    assert (fullbody.Sphere(3 * u.m).semi_axes == [3, 3, 3] * u.m).all()
+    assert fullbody.Ellipsoid(3, 2, 1).semi_axes == (3, 2, 1)
+    component = fullbody.Component(semi_axes=[3 * u.km, 2 * u.km, 1 * u.km])
+    assert (component.semi_axes == [3, 2, 1] * u.km).all()
+
+
 def test_units_that_are_none():
     bodies = fullbody.systems.kw4()[0].bodies
     for units, what in (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .._arguments import named_options
 from .._records import Record
 from ..elements import KeplerElements
 from ..errors import InvalidInput
@@ -109,6 +110,7 @@ class Precession(Record):
     inclination: Any
 
 
+@named_options
 def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Osculating elements with their rates.
 
@@ -171,6 +173,7 @@ def _per_time(view: View, number: Any) -> Any:
     return number / view.units.unit("time") if view.units.known else number
 
 
+@named_options
 def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """The period of the mutual orbit, revolution by revolution, and its drift.
 
@@ -237,6 +240,7 @@ def _sharpened(view: View, moments: _Array, start: float) -> _Array:
     return moments
 
 
+@named_options
 def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Mean apsidal and nodal precession of an orbit.
 

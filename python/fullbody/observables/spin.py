@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._arguments import integer
+from .._arguments import integer, named_options
 from .._records import Record
 from ..bodies import PointMass
 from ..errors import InvalidInput
@@ -47,6 +47,7 @@ class Libration(Record):
     amplitudes: Any
 
 
+@named_options
 def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Any:
     """The mean rate at which a body's pole of rotation goes about an axis.
 
@@ -94,6 +95,7 @@ def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: i
     return view.rate(np.float64(rate))
 
 
+@named_options
 def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
     """The angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
@@ -121,6 +123,7 @@ def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
     return view.angle(np.arctan2(sine, np.sum(view.pole * view.normal, axis=1)))
 
 
+@named_options
 def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
     """The attitude of a body in its orbit's frame.
 
@@ -160,6 +163,7 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> An
     return view.angle(angles(relative))
 
 
+@named_options
 def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
     """The libration of a body's longest axis, its amplitude and its strongest periodic terms.
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import named_options
 from .._rotation import quaternion
 from ..bodies import Body, Ellipsoid, Sphere
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 
 if TYPE_CHECKING:
     from ..state import State
@@ -22,6 +22,7 @@ __all__ = ["read_gubas"]
 _UNITS = ("km", "s", "kg")
 
 
+@named_options
 def read_gubas(
     path: Any,
     *,
@@ -96,7 +97,7 @@ def read_gubas(
     if Path(path).suffix.lower() == ".cfg":
         setup, doubt = read_config(path, euler)
         if doubt is not None:
-            warnings.warn(f"{path} gives Euler angles, {doubt}", stacklevel=2)
+            caution(f"{path} gives Euler angles, {doubt}", UserWarning)
     else:
         setup = read_numbers(path)
     return _build(path, setup, units, options)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import named_options
 from .._units import Units
 from ..bodies import Body, PointMass, Sphere
 from ..errors import InvalidInput
@@ -29,6 +30,7 @@ _ALIKE = (1e-9, 1e-9, 1e-4)
 _KINDS = ("length", "time", "mass")
 
 
+@named_options
 def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System, State]:
     """A system and its state from a ``rebound.Simulation``.
 
@@ -140,6 +142,7 @@ def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
     )
 
 
+@named_options
 def to_rebound(system: System, state: State) -> Any:
     """A ``rebound.Simulation`` of the bodies as point masses.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import named_options
 from .._units import Units
 from ..bodies import Body, Ellipsoid, PointMass
 from ..elements import KeplerElements
@@ -36,6 +37,7 @@ _SWITCHES = {"kepler": (0, 1, 2), "sun": (0, 1), "density": (0, 1)}
 _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angular velocities", "binary ids", "names")
 
 
+@named_options
 def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, State]:
     """A system and its state from an input file of SIANS (``initial_values/*.txt``).
 

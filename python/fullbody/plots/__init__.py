@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from .._arguments import named_options
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["Plots"]
 
 
+@named_options
 class Plots:
     """The plots of a run: ``run.plot()`` for a page, ``run.plot.orbit()`` and so on for one picture.
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from .._units import need
 from ..errors import InvalidInput
+from ..track import attitudes
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -268,12 +269,6 @@ def check_samples(run: Run) -> None:
     """Refuse a run with nothing to draw."""
     if len(run) == 0:
         raise InvalidInput("the run has no samples; expected at least one to draw")
-
-
-def attitudes(quaternions: Array) -> _core.State:
-    """Attitudes (K, 4), for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
-    zeros = np.zeros((len(quaternions), 3))
-    return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)
 
 
 def attitudes_of(run: Run, body: int) -> _core.State:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import caution
 from ._style import Array
 
 if TYPE_CHECKING:
@@ -34,9 +34,9 @@ def warn_if_aliased(run: Run, times: Array) -> None:
         turns = (np.array(fastest) * np.diff(moments)).max(axis=1) / (2.0 * np.pi)
         body = int(np.argmax(turns))
         if turns[body] > 0.5:
-            warnings.warn(
+            caution(
                 f"{run.system.names[body]} makes up to {turns[body]:.2g} turns between two {what} and will seem to "
                 f"turn otherwise; {advice[what]}",
-                stacklevel=4,
+                UserWarning,
             )
             return

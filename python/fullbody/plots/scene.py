@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..track import attitudes
 from ._style import (
     LINES,
     Array,
-    attitudes,
     called,
     check_axes,
     check_samples,

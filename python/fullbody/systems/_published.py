@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from .._arguments import named_options
 from ..errors import InvalidInput
 
 __all__ = ["Published", "Value", "published"]
@@ -84,6 +85,7 @@ class Published:
         return "\n".join(f"- {line}" for line in lines)
 
 
+@named_options
 def published(name: str) -> Published:
     """The numbers behind a ready-made system, with uncertainties, sources and what is assumed.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .._arguments import named_options
 from ..pair import Component
 from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
@@ -47,6 +48,7 @@ FACTS = Published(
 )
 
 
+@named_options
 @documented(FACTS)
 def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(90) Antiope, two almost equal and nearly hydrostatic bodies a diameter apart.

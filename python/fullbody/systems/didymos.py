@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._arguments import named_options
 from ..errors import InvalidInput
 from ..pair import Component
 from ._build import Frame, Wanted, pair
@@ -94,6 +95,7 @@ AFTER = Published(
 )
 
 
+@named_options
 @documented(BEFORE)
 def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos before the impact of DART.
@@ -139,6 +141,7 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     )
 
 
+@named_options
 @documented(AFTER)
 def didymos_after_dart(
     *,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .._arguments import named_options
 from ..pair import Component
 from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
@@ -44,6 +45,7 @@ FACTS = Published(
 )
 
 
+@named_options
 @documented(FACTS)
 def fg3_1996(
     *,

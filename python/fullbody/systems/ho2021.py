@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import options_of, refuse_unknown
+from .._arguments import named_options, options_of, refuse_unknown
 from .._units import Units
 from ..bodies import Body, Ellipsoid
 from ..elements import KeplerElements
@@ -68,6 +68,7 @@ FACTS = Published(
 )
 
 
+@named_options
 def kw4_ho2021(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
@@ -139,6 +140,7 @@ def kw4_ho2021(
     return in_units(system, state, units)
 
 
+@named_options
 @documented(FACTS)
 def kw4(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
@@ -207,6 +209,7 @@ def kw4(
     return in_units(system, state, units)
 
 
+@named_options
 def case1(**options: Any) -> tuple[System, State]:
     """The paper's case 1: two oblate spheroids without spin, tilted about x; they begin to tumble near t = 75.
 
@@ -234,6 +237,7 @@ def case1(**options: Any) -> tuple[System, State]:
     return _case([[tilt, 0.0, 0.0], [-tilt, 0.0, 0.0]], 0.0, options)
 
 
+@named_options
 def case2(theta_0: Any = np.pi / 32, **options: Any) -> tuple[System, State]:
     """The paper's case 2: two oblate spheroids that spin like tops, tilted about y.
 

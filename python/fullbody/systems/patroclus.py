@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .._arguments import named_options
 from ..pair import Component
 from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
@@ -40,6 +41,7 @@ FACTS = Published(
 )
 
 
+@named_options
 @documented(FACTS)
 def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(617) Patroclus and Menoetius, a Trojan pair of almost equal bodies.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import named_options
 from ..pair import Component
 from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
@@ -43,6 +44,7 @@ FACTS = Published(
 )
 
 
+@named_options
 @documented(FACTS)
 def pluto_charon(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
     """(134340) Pluto and Charon, doubly synchronous, without the small satellites.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _rotation
+from .._arguments import named_options
 from .._units import Units, numbers
 from ..bodies import Body
 from ..elements import KeplerElements
@@ -100,6 +101,7 @@ FACTS = Published(
 )
 
 
+@named_options
 @documented(FACTS)
 def sn263_2001(
     *,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._arguments import named_options
 from .._files import check_suffix, replacing
 from ..errors import InvalidInput
 from ..plots._style import check_samples, joined, semi_axes, unit
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["View"]
 
 
+@named_options
 class View:
     """An interactive picture of a run; see :meth:`fullbody.Run.view`.
 
