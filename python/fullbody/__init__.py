@@ -26,6 +26,7 @@ from .errors import (
     NotConverged,
     PrecisionWarning,
     StepSizeTooSmall,
+    UncheckedFile,
 )
 from .integrators import (
     DormandPrince54,
@@ -98,6 +99,7 @@ __all__ = [
     "StepSizeTooSmall",
     "SymplecticSplitting",
     "System",
+    "UncheckedFile",
     "Verner65",
     "Verner76",
     "Verner87",

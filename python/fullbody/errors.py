@@ -17,6 +17,7 @@ __all__ = [
     "NotConverged",
     "PrecisionWarning",
     "StepSizeTooSmall",
+    "UncheckedFile",
 ]
 
 
@@ -108,6 +109,13 @@ class ChartSingularity(FullbodyError, RuntimeError):
 
 class PrecisionWarning(UserWarning):
     """A tolerance below what doubles can do, which is raised to that."""
+
+
+class UncheckedFile(UserWarning):
+    """A warning: a file without a checksum of the whole, in which damage may go unseen.
+
+    An earlier version or another program wrote it. A run that is loaded from it and saved again has one.
+    """
 
 
 class Interrupted(KeyboardInterrupt):

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from . import _core
-from ._files import replacing
+from ._files import as_path, content, replacing
 from ._overlap import explained, explaining
 from ._units import Units, scalar
 from .dense import Dense
@@ -245,13 +245,14 @@ class Simulation:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
 
         A run that goes on from the file equals the unbroken one bit for bit, on a machine with the same vector
-        instructions (or with ``vector_path="portable"``).
+        instructions (or with ``vector_path="portable"``). Links and permissions are kept as by
+        :meth:`fullbody.Run.save`.
 
         Parameters
         ----------
         path : str or Path
         """
-        self._write(Path(path), self._core.to_bytes())
+        self._write(as_path(path), self._core.to_bytes())
 
     @classmethod
     def load(cls, path: Any) -> Simulation:
@@ -269,9 +270,12 @@ class Simulation:
         ------
         InvalidInput
             For a file that is not a simulation, is truncated or has been altered; says what is wrong.
+        OSError
+            Where there is no such file, or none that can be read.
         """
+        path = as_path(path)
         try:
-            return cls._from_bytes(Path(path).read_bytes())
+            return cls._from_bytes(content(path))
         except InvalidInput as error:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
@@ -295,7 +299,8 @@ class Simulation:
         try:
             described = json.loads(head)
             system, integrator = System._rebuild(described["system"]), rebuild(described["integrator"])
-        except (ValueError, KeyError, TypeError) as error:
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+            # Of whatever kind: the line may be any JSON.
             raise InvalidInput(f"its first lines are damaged: {error}") from error
         sim = cls.__new__(cls)
         sim._system, sim._integrator = system, integrator
@@ -347,8 +352,8 @@ def _autosave(autosave: Any) -> tuple[Path, float]:
     """Where to write and how often, refused before the run starts."""
     try:
         where, every = autosave
-        path, seconds = Path(where), float(every)
-    except (TypeError, ValueError) as error:
+        path, seconds = as_path(where), float(every)
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"autosave is {autosave!r}; expected (path, seconds)") from error
     if not 0.0 <= seconds < 1e9:
         raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .._files import as_path
 from .._rotation import quaternion
 from ..bodies import Body, Ellipsoid, Sphere
 from ..errors import InvalidInput
@@ -93,7 +93,7 @@ def read_gubas(
 
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
-    if Path(path).suffix.lower() == ".cfg":
+    if as_path(path).suffix.lower() == ".cfg":
         setup, doubt = read_config(path, euler)
         if doubt is not None:
             warnings.warn(f"{path} gives Euler angles, {doubt}", stacklevel=2)
