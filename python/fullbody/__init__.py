@@ -26,6 +26,7 @@ from .errors import (
     NotConverged,
     PrecisionWarning,
     StepSizeTooSmall,
+    UncheckedFile,
 )
 from .integrators import (
     DormandPrince54,
@@ -100,6 +101,7 @@ __all__ = [
     "SymplecticSplitting",
     "System",
     "Track",
+    "UncheckedFile",
     "Verner65",
     "Verner76",
     "Verner87",

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _core, events
+from ._stored import Stored, check_order, check_unit
 from ._units import is_quantity
 from .errors import InvalidInput
 from .events import Event, Occurrence
@@ -17,7 +18,7 @@ from .run import Run
 from .state import State
 from .system import System
 
-__all__ = ["asked_for", "check_finite", "from_dataset", "to_dataset"]
+__all__ = ["asked_for", "from_file", "to_dataset"]
 
 #: Variables: dimensions after the event's, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -71,27 +72,29 @@ def to_dataset(
     return variables, coordinates, text
 
 
-def asked_for(text: str) -> list[Event]:
-    """The events that were asked for, from JSON."""
-    return [_rebuild(described) for described in json.loads(text)]
+def asked_for(described: list[dict[str, Any]], system: System) -> list[Event]:
+    """The events that were asked for."""
+    asked = [_rebuild(event) for event in described]
+    for event in asked:
+        # Refuses what the system has no bodies or units for, as a run would.
+        event._condition(system)
+    return asked
 
 
-def check_finite(values: Any, name: str) -> None:
-    """Refuse a variable of a file that is not numbers throughout."""
-    if not np.isfinite(values).all():
-        place = tuple(np.argwhere(~np.isfinite(values))[0].tolist())
-        raise InvalidInput(f"{name}{list(place)} is {values[place]}; expected finite numbers")
-
-
-def from_dataset(dataset: Any, system: System, asked: list[Event]) -> list[Occurrence]:
-    """The events of a dataset; none in files that keep none."""
+def from_file(stored: Stored, system: System, asked: list[Event]) -> list[Occurrence]:
+    """The events of a run's file; none in files that keep none."""
     if not asked:
         return []
-    record = {name: np.array(dataset[f"event_{name}"].values, dtype=np.float64, order="C") for name in _VARIABLES}
-    for name, values in record.items():
-        check_finite(values, f"event_{name}")
+    places = stored.numbers("event_asked", {"event": None}, whole=True)
+    sizes = {"event": len(places), "body": len(system), "axis": 3, "quaternion": 4}
+    record = {
+        name: stored.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
+        for name, (dims, _, _) in _VARIABLES.items()
+    }
+    check_order(record["time"], "event_time", repeated=True)
+    check_unit(record["attitude"], "event_attitude")
     happened = []
-    for k, place in enumerate(dataset["event_asked"].values):
+    for k, place in enumerate(places):
         if not 0 <= place < len(asked):
             raise InvalidInput(f"event_asked has {place}; expected 0 to {len(asked) - 1}, a place in fullbody_events")
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))

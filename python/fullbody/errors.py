@@ -19,6 +19,7 @@ __all__ = [
     "NotConverged",
     "PrecisionWarning",
     "StepSizeTooSmall",
+    "UncheckedFile",
 ]
 
 
@@ -50,9 +51,9 @@ class InconsistentInput(UserWarning):
 class BodiesOverlap(FullbodyError, RuntimeError):
     """Two bodies share interior points.
 
-    Bodies count as touching, and not as overlapping, where their gap or depth is below 4e-15 times the sum of their longest
-    semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Of their thickness that is
-    1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. Where it is more than a thousandth
+    Bodies count as touching, and not as overlapping, where their gap or depth is below 4e-15 times the sum of their
+    longest semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Of their
+    thickness that is 1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. Where it is more than a thousandth
     (c/a below some 1e-12), bodies that nearly touch are refused as too thin to tell, with :class:`InvalidInput`.
 
     Attributes
@@ -125,6 +126,13 @@ def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
         level, frame = level + 1, frame.f_back
     warnings.warn(message, category, stacklevel=level)
+
+
+class UncheckedFile(UserWarning):
+    """A warning: a file without a checksum of the whole, in which damage may go unseen.
+
+    An earlier version or another program wrote it. A run that is loaded from it and saved again has one.
+    """
 
 
 class Interrupted(KeyboardInterrupt):

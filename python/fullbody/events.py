@@ -15,6 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from . import _core
 from ._arguments import directions, integer, named_options, place
 from ._records import Alike
@@ -58,6 +60,8 @@ class Event(Alike):
     def __post_init__(self) -> None:
         if integer(self.direction) not in (-1, 0, 1):
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
+        if not isinstance(self.terminal, bool | np.bool_):
+            raise InvalidInput(f"terminal is {self.terminal!r}; expected True or False")
 
     def _place(self, system: System, name: str) -> int:
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from io import BytesIO
-from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from . import _occurrences
+from . import _occurrences, _seal
 from ._arguments import integer, named_options
-from ._files import check_suffix, replacing
+from ._files import as_path, check_suffix, replacing
+from ._stored import Stored, check_order, check_unit, opened
 from ._units import need
-from .errors import InvalidInput
+from .errors import InvalidInput, UncheckedFile, caution
 from .integrators import Integrator, rebuild
 from .run import Run, Statistics
 from .system import System
+
+_Built = TypeVar("_Built")
 
 __all__ = ["load", "save", "to_pandas", "to_xarray"]
 
@@ -40,6 +41,8 @@ _COORDINATES = {
 _FORMAT = 1
 #: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
+#: What may have ended a run.
+_REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -122,12 +125,13 @@ def save(run: Run, path: Any) -> None:
     check_suffix(path, SUFFIXES)
     netcdf()
     dataset = run.to_xarray()
-    dataset.attrs["fullbody_checksum"] = _checksum(dataset)
+    dataset.attrs["fullbody_checksum"] = _checksum(dataset.attrs)
     encoding = {name: _protected(of) for name, of in dataset.variables.items() if of.dtype.kind in "fi"}
     with replacing(path) as temporary:
         # Through memory: where a disk is full, HDF5 itself would end the whole process.
         whole = BytesIO()
         dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
+        whole.write(_seal.seal(whole))
         temporary.write_bytes(whole.getbuffer())
 
 
@@ -160,112 +164,91 @@ def load(path: Any) -> Run:
         For a file that is not a run of this package, or a damaged one; says what is wrong.
     FileNotFoundError
         Where there is no such file.
+
+    Warns
+    -----
+    UncheckedFile
+        For a file without a checksum of the whole, which another program or an earlier version wrote. It is read, if
+        its content is that of a run.
     """
-    xr = netcdf()
-    path = Path(path)
+    path = as_path(path)
     try:
-        _check_signature(path)
-        return _run(_dataset(xr, path))
-    except KeyError as error:
-        raise InvalidInput(f"{path} is not a readable run of fullbody: it has no {error}") from error
-    except (TypeError, ValueError) as error:
+        with opened(path) as stored:
+            run = _run(stored)
+    except InvalidInput as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: {error}") from error
+    if not stored.sealed:
+        text = "another program or an earlier version of fullbody wrote it, and damage may go unseen"
+        caution(f"{path} has no checksum of the whole file: {text}", UncheckedFile)
+    return run
 
 
-def _check_signature(path: Path) -> None:
-    """Refuse what is no NetCDF-4 file by its first bytes; the libraries' own messages tell of their inner workings."""
-    if not path.exists():
-        raise FileNotFoundError(f"no file {path}")
-    if path.is_dir():
-        raise InvalidInput("it is a folder")
-    with path.open("rb") as file:
-        begin = file.read(20)
-    if not begin:
-        raise InvalidInput("it is empty")
-    if begin.startswith((b"FULLBODY", b"fullbody simulation")):
-        raise InvalidInput("it is a simulation; fullbody.Simulation.load reads it")
-    if begin.startswith(b"CDF"):
-        raise InvalidInput("it is NetCDF of the classic kind; runs are NetCDF-4")
-    if not begin.startswith(b"\x89HDF\r\n\x1a\n"):
-        raise InvalidInput("it is not a NetCDF file")
-
-
-def _dataset(xr: Any, path: Path) -> Any:
-    """All of a file, in memory."""
-    import h5py  # type: ignore[import-untyped]
-
+def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any], _Built]) -> _Built:
+    """What is built from the JSON of an attribute; its errors name the attribute."""
+    text = stored.text(name, default)
     try:
-        # By itself, since h5netcdf prints a second error where a file fails here.
-        with h5py.File(path, "r") as file:
-            dict(file.attrs)
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
-            return dataset.load()
-    except MemoryError:
-        raise
-    except Exception as error:
-        # Of any kind: three libraries meet a damaged file each in ways of their own.
-        raise InvalidInput("it is truncated or damaged") from error
-
-
-@contextmanager
-def _attribute(name: str) -> Iterator[None]:
-    """A context whose errors name the attribute that is read in it."""
-    try:
-        yield
+        return build(json.loads(text))
     except json.JSONDecodeError as error:
         raise InvalidInput(f"attribute {name} is no JSON: {error}") from error
-    except (TypeError, ValueError) as error:
+    except RecursionError as error:
+        raise InvalidInput(f"attribute {name} has brackets in brackets, too deep to be read") from error
+    except KeyError as error:
+        raise InvalidInput(f"attribute {name} has no entry {error}") from error
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        # Of whatever kind: the text may be any JSON.
         raise InvalidInput(f"attribute {name}: {error}") from error
 
 
-def _checksum(dataset: Any) -> str:
-    texts = "\n".join(str(dataset.attrs.get(name)) for name in _TEXTS)
+def _checksum(attributes: Mapping[str, Any]) -> str:
+    texts = "\n".join(str(attributes.get(name)) for name in _TEXTS)
     return f"{zlib.crc32(texts.encode()):08x}"
 
 
-def _check_attributes(dataset: Any) -> None:
-    """Refuse attributes that are missing, of another format or altered."""
-    for name in ("fullbody_format", "fullbody_setup", "fullbody_statistics"):
-        if name not in dataset.attrs:
-            raise InvalidInput(f"it has no attribute {name}")
-    written = integer(dataset.attrs["fullbody_format"])
+def _check_format(stored: Stored) -> None:
+    """Refuse a file that says it is of another format."""
+    found = stored.attribute("fullbody_format")
+    if found is None:
+        raise InvalidInput("it has no attribute fullbody_format")
+    written = integer(found)
     if written is None or written < 1:
-        found = dataset.attrs["fullbody_format"]
         raise InvalidInput(f"attribute fullbody_format is {found!r}; expected a whole number above zero")
     if written > _FORMAT:
-        raise InvalidInput(f"a newer fullbody wrote it, {dataset.attrs.get('fullbody_version')}")
+        raise InvalidInput(f"a newer fullbody wrote it, {stored.attribute('fullbody_version')}")
 
 
-def _run(dataset: Any) -> Run:
-    """The run in a dataset."""
-    _check_attributes(dataset)
-    for name in ("time", *_VARIABLES):
-        if name not in dataset.variables:
-            raise InvalidInput(f"it has no variable {name}")
-    with _attribute("fullbody_setup"):
-        system, integrator = _restore(json.loads(dataset.attrs["fullbody_setup"]))
-    with _attribute("fullbody_statistics"):
-        counts = Statistics(*json.loads(dataset.attrs["fullbody_statistics"]))
-    # Files of earlier versions have none.
-    if dataset.attrs.get("fullbody_checksum", found := _checksum(dataset)) != found:
+def _run(stored: Stored) -> Run:
+    """The run in a file."""
+    _check_format(stored)
+    texts = {name: stored.attribute(name) for name in _TEXTS}
+    # Checked even under a seal of the whole file, since it stays where other programs write the file anew.
+    if stored.text("fullbody_checksum", found := _checksum(texts)) != found:
         raise InvalidInput(
             f"attribute fullbody_checksum does not fit: one of {', '.join(_TEXTS)} has been altered; "
             "where that was meant, delete fullbody_checksum"
         )
-    record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
+    system, integrator = _parsed(stored, "fullbody_setup", None, _restore)
+    counts = _parsed(stored, "fullbody_statistics", None, _statistics)
+    asked = _parsed(stored, "fullbody_events", "[]", lambda events: _occurrences.asked_for(events, system))
+    record = {"time": stored.numbers("time", {"time": None})}
     sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
+    sizes["time"] = len(record["time"])
     for name, (dims, _, _) in _VARIABLES.items():
-        expected = (len(record["time"]), *(sizes[dim] for dim in dims))
-        if record[name].shape != expected:
-            raise InvalidInput(f"{name} has shape {record[name].shape}; expected {expected}")
-    for name, values in record.items():
-        _occurrences.check_finite(values, name)
+        record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)})
+    check_order(record["time"], "time", repeated=False)
+    check_unit(record["attitude"], "attitude")
     run = Run(system, record, counts, integrator)
-    with _attribute("fullbody_events"):
-        asked = _occurrences.asked_for(dataset.attrs.get("fullbody_events", "[]"))
-    run.events = _occurrences.from_dataset(dataset, system, asked)
-    run.stop_reason = dataset.attrs.get("stop_reason", "unknown")
+    run.events = _occurrences.from_file(stored, system, asked)
+    run.stop_reason = stored.text("stop_reason", "unknown")
+    if run.stop_reason not in _REASONS:
+        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(_REASONS)}")
     return run
+
+
+def _statistics(counts: list[Any]) -> Statistics:
+    numbers = [number for count in counts if (number := integer(count)) is not None and 0 <= number < 2**63]
+    if len(counts) != 3 or len(numbers) != 3:
+        raise InvalidInput(f"{counts!r} is no list of three counts")
+    return Statistics(*numbers)
 
 
 def _describe(system: System, integrator: Integrator) -> dict[str, Any]:

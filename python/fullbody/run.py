@@ -312,6 +312,13 @@ class Run(Recorded):
         ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the name, with the
         times and states where they vanished.
 
+        The file ends with a checksum of the whole, behind what NetCDF reads. :func:`fullbody.load` checks it first.
+        Other programs do not see it, and cut it off when they write to the file; load then warns.
+
+        The file is on the disk before it takes the place of another. Through a symbolic link, what the link points to
+        is replaced, and other hard links to that keep the old content. Permissions of a replaced file are kept; a new
+        one has those that the umask leaves.
+
         Parameters
         ----------
         path : str or Path
@@ -321,6 +328,9 @@ class Run(Recorded):
         ------
         InvalidInput
             For another ending.
+        OSError
+            Where the file cannot be written, with the path: for want of room or permission, over a write-protected
+            file, a folder, a device.
         """
         from .io import save
 

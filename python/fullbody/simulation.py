@@ -14,7 +14,7 @@ import numpy as np
 from . import _core
 from ._arguments import named_options
 from ._doubts import of_start
-from ._files import replacing
+from ._files import as_path, content, replacing
 from ._overlap import explained, explaining
 from ._units import Units, scalar
 from .dense import Dense
@@ -238,13 +238,14 @@ class Simulation:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
 
         A run that goes on from the file equals the unbroken one bit for bit, on a machine with the same vector
-        instructions (or with ``vector_path="portable"``).
+        instructions (or with ``vector_path="portable"``). Links and permissions are kept as by
+        :meth:`fullbody.Run.save`.
 
         Parameters
         ----------
         path : str or Path
         """
-        _write(Path(path), self._core.to_bytes())
+        _write(as_path(path), self._core.to_bytes())
 
     @classmethod
     def load(cls, path: Any) -> Simulation:
@@ -262,9 +263,12 @@ class Simulation:
         ------
         InvalidInput
             For a file that is not a simulation, is truncated or has been altered; says what is wrong.
+        OSError
+            Where there is no such file, or none that can be read.
         """
+        path = as_path(path)
         try:
-            return cls._from_bytes(Path(path).read_bytes())
+            return cls._from_bytes(content(path))
         except InvalidInput as error:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
@@ -275,7 +279,8 @@ class Simulation:
             notes = json.loads(core.notes) if core.notes else {}
             setup = core.setup
             system, integrator = System._of_core(setup, notes), rebuild(setup["integrator"])
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+            # Of whatever kind: the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core
@@ -326,8 +331,8 @@ def _autosave(autosave: Any) -> tuple[Path, float]:
     """Where to write and how often, refused before the run starts."""
     try:
         where, every = autosave
-        path, seconds = Path(where), float(every)
-    except (TypeError, ValueError) as error:
+        path, seconds = as_path(where), float(every)
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"autosave is {autosave!r}; expected (path, seconds)") from error
     if not 0.0 <= seconds < 1e9:
         raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")

@@ -48,7 +48,7 @@ import numpy.typing as npt
 
 from . import integrators
 from ._arguments import named_options
-from ._files import check_suffix
+from ._files import as_path, check_suffix, content
 from ._records import Record
 from ._toml_table import Table
 from ._units import Units
@@ -145,22 +145,23 @@ def read_toml(path: Any) -> Setup:
     FileNotFoundError
         Where there is no such file.
     """
-    path = Path(path)
+    path = as_path(path)
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     if path.is_dir():
         raise InvalidInput(f"{path}: is a folder; expected a file of TOML")
+    written = content(path)
     try:
         # With or without the byte order mark that some editors write.
-        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        top = Table(path, "", tomllib.loads(written.decode("utf-8-sig")))
     except UnicodeDecodeError as error:
-        is_run = path.read_bytes()[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+        is_run = written[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
         what = "NetCDF, as runs are recorded; fullbody.load reads those" if is_run else "not text"
         raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
     except (ValueError, RecursionError) as error:
         # Not of TOML's own kind where Python's limits end it: for digits, and for brackets in brackets.
         raise InvalidInput(f"{path}: not valid TOML: {error}") from error
-    top = Table(path, "", content).only("system", "body", "integrator", "run")
+    top.only("system", "body", "integrator", "run")
     system_table, run_table = top.table("system"), top.table("run").only(*_RUN)
     units = _units(system_table)
     rows = top.tables("body")

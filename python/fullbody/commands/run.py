@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .._files import check_place, check_suffix
+from .._files import check_place, check_suffix, replacing
 from .._units import from_text
 from ..errors import FullbodyError, Interrupted
 from ..io import SUFFIXES, netcdf
@@ -41,8 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     setup = read_toml(arguments.file)
     out = setup.file if arguments.out is None else arguments.out
+    rest = out.with_suffix(f".partial{out.suffix}")
     # All that could refuse the result is asked before the work, not after it.
-    for path, suffixes in ((out, SUFFIXES), (arguments.page, _PAGES)):
+    for path, suffixes in ((out, SUFFIXES), (rest, SUFFIXES), (arguments.page, _PAGES)):
         if path is None:
             continue
         check_suffix(path, suffixes)
@@ -55,7 +56,6 @@ def run(arguments: argparse.Namespace) -> int:
         result = setup.run(_time(arguments.until), progress=progress)
     except (FullbodyError, Interrupted) as error:
         if error.run is not None and len(error.run):
-            rest = out.with_suffix(f".partial{out.suffix}")
             error.run.save(rest)
             print(f"fullbody: stopped early; what was recorded until then is in {rest}", file=sys.stderr)
         raise
@@ -81,4 +81,5 @@ def _draw(result: Any, path: Path) -> None:
     height = 7.0 + 2.1 * len(result.system)
     figure = matplotlib("figure").Figure(figsize=(11.0, height), layout="constrained")
     result.plot(figure)
-    figure.savefig(path)
+    with replacing(path) as temporary:
+        figure.savefig(temporary)

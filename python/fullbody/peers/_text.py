@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, NoReturn
 
+from .._files import content
 from ..errors import InvalidInput
 
 
@@ -17,7 +17,7 @@ def read_lines(path: Any) -> list[str]:
         The latter for a file that is not text.
     """
     try:
-        return Path(path).read_text(encoding="utf-8-sig").splitlines()
+        return content(path).decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path} is not a text file: {error}") from error
 

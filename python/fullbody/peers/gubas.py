@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from .._arguments import named_options
+from .._files import as_path
 from .._rotation import quaternion
 from ..bodies import Body, Ellipsoid, Sphere
 from ..errors import InvalidInput, caution
@@ -94,7 +94,7 @@ def read_gubas(
 
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
-    if Path(path).suffix.lower() == ".cfg":
+    if as_path(path).suffix.lower() == ".cfg":
         setup, doubt = read_config(path, euler)
         if doubt is not None:
             caution(f"{path} gives Euler angles, {doubt}", UserWarning)
