@@ -37,8 +37,16 @@ _COORDINATES = {
     "quaternion": ["w", "x", "y", "z"],
     "part": ["total", "translational", "rotational", "potential"],
 }
-_FORMAT = 1
-#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it.
+#: What is conserved, at the start: numbers of it (see :mod:`fullbody._conserved`), dimensions, dimension of the unit.
+_START: dict[str, tuple[Any, tuple[str, ...], str]] = {
+    "start_time": (0, (), "time"),
+    "start_energy": (slice(1, 5), ("part",), "energy"),
+    "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
+}
+#: Format 1, of version 0.1.0, has no start.
+_FORMAT = 2
+#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it and of the
+#: start.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
@@ -61,6 +69,10 @@ def to_xarray(run: Run) -> Any:
         name: (("time", *dims), run._record[name], attributes(dimension, text))
         for name, (dims, dimension, text) in _VARIABLES.items()
     }
+    if run._start is not None:
+        for name, (numbers, dims, dimension) in _START.items():
+            text = f"{dimension} at the start of the run"
+            variables[name] = (dims, run._start[numbers], attributes(dimension, text))
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.system.names))
     coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
@@ -72,7 +84,7 @@ def to_xarray(run: Run) -> Any:
         {
             "title": "fullbody run",
             "fullbody_version": __version__,
-            "fullbody_format": _FORMAT,
+            "fullbody_format": 1 if run._start is None else _FORMAT,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
             "fullbody_events": asked,
@@ -123,7 +135,9 @@ def save(run: Run, path: Any) -> None:
     netcdf()
     dataset = run.to_xarray()
     dataset.attrs["fullbody_checksum"] = _checksum(dataset)
-    encoding = {name: _protected(of) for name, of in dataset.variables.items() if of.dtype.kind in "fi"}
+    # HDF5 has no checksums for a number by itself.
+    numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
+    encoding = {name: _protected(of) for name, of in numbers.items()}
     with replacing(path) as temporary:
         # Through memory: where a disk is full, HDF5 itself would end the whole process.
         whole = BytesIO()
@@ -218,8 +232,10 @@ def _attribute(name: str) -> Iterator[None]:
 
 
 def _checksum(dataset: Any) -> str:
-    texts = "\n".join(str(dataset.attrs.get(name)) for name in _TEXTS)
-    return f"{zlib.crc32(texts.encode()):08x}"
+    texts = [str(dataset.attrs.get(name)) for name in _TEXTS]
+    texts += [str(dataset[name].values.tolist()) for name in _START if name in dataset.variables]
+    whole = "\n".join(texts)
+    return f"{zlib.crc32(whole.encode()):08x}"
 
 
 def _check_attributes(dataset: Any) -> None:
@@ -248,7 +264,7 @@ def _run(dataset: Any) -> Run:
     # Files of earlier versions have none.
     if dataset.attrs.get("fullbody_checksum", found := _checksum(dataset)) != found:
         raise InvalidInput(
-            f"attribute fullbody_checksum does not fit: one of {', '.join(_TEXTS)} has been altered; "
+            f"attribute fullbody_checksum does not fit: one of {', '.join((*_TEXTS, *_START))} has been altered; "
             "where that was meant, delete fullbody_checksum"
         )
     record = {name: np.array(dataset[name].values, dtype=np.float64, order="C") for name in ("time", *_VARIABLES)}
@@ -260,11 +276,28 @@ def _run(dataset: Any) -> Run:
     for name, values in record.items():
         _occurrences.check_finite(values, name)
     run = Run(system, record, counts, integrator)
+    run._start = _start(dataset)
     with _attribute("fullbody_events"):
         asked = _occurrences.asked_for(dataset.attrs.get("fullbody_events", "[]"))
     run.events = _occurrences.from_dataset(dataset, system, asked)
     run.stop_reason = dataset.attrs.get("stop_reason", "unknown")
     return run
+
+
+def _start(dataset: Any) -> Any:
+    """The numbers of the start; ``None`` in a file of format 1."""
+    if not any(name in dataset.variables for name in _START) and integer(dataset.attrs["fullbody_format"]) == 1:
+        return None
+    start = np.zeros(8)
+    for name, (numbers, _, _) in _START.items():
+        if name not in dataset.variables:
+            raise InvalidInput(f"it has no variable {name}")
+        values = np.asarray(dataset[name].values, dtype=np.float64)
+        if values.shape != start[numbers].shape:
+            raise InvalidInput(f"{name} has shape {values.shape}; expected {start[numbers].shape}")
+        _occurrences.check_finite(values, name)
+        start[numbers] = values
+    return start
 
 
 def _describe(system: System, integrator: Integrator) -> dict[str, Any]:

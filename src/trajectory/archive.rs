@@ -205,7 +205,7 @@ impl Contents {
         motion.equations.recall(&self.rules)?;
         let mut mover = Mover::new(integrator, &motion, &inner, self.memory.time[0])?;
         mover.recall(&self.memory, self.loads.as_deref());
-        Ok(Simulation { motion, inner, integrator, mover })
+        Ok(Simulation { motion, inner, integrator, mover, start: None })
     }
 }
 

@@ -5,7 +5,7 @@ use super::motion::Motion;
 use super::mover::Mover;
 use super::output::Times;
 use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
-use crate::dynamics::{Dynamics, Inner, State, System};
+use crate::dynamics::{Dynamics, Inner, Invariants, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
 use std::hint::black_box;
@@ -43,6 +43,8 @@ pub struct Simulation {
     pub(super) inner: Inner,
     pub(super) integrator: Integrator,
     pub(super) mover: Mover,
+    /// What is conserved, at the start; unknown to some archives.
+    pub(super) start: Option<Invariants>,
 }
 
 impl Simulation {
@@ -53,9 +55,12 @@ impl Simulation {
         let mut motion = Motion::new(system.dynamics(), &inner.high);
         motion.prepare(state.time, &inner.high, 0.0)?;
         // What overflows is refused here: no step could be measured against it.
-        system.check_range(&motion.equations.energy(&inner.high, &state.velocity))?;
+        let energy = motion.equations.energy(&inner.high, &state.velocity);
+        system.check_range(&energy)?;
+        let angular_momentum = motion.equations.angular_momentum(&inner, &inner.high);
+        let start = Some(Invariants { time: state.time, energy, angular_momentum });
         let mover = Mover::new(integrator, &motion, &inner, state.time)?;
-        Ok(Self { motion, inner, integrator, mover })
+        Ok(Self { motion, inner, integrator, mover, start })
     }
 
     /// The system.
@@ -83,6 +88,19 @@ impl Simulation {
     pub fn set_state(&mut self, state: &State) -> Result<()> {
         *self = Self::new(self.system(), state, self.integrator)?;
         Ok(())
+    }
+
+    /// What is conserved, at the state that the simulation began with or was last set to; `None` where an archive does not
+    /// tell.
+    pub fn start(&self) -> Option<Invariants> {
+        self.start
+    }
+
+    /// What is conserved, at the present state.
+    pub fn invariants(&mut self) -> Invariants {
+        let state = self.state();
+        let high = self.mover.vector().0.to_vec();
+        self.invariants_of(&high, &state)
     }
 
     /// Counts since the start.
@@ -136,6 +154,8 @@ impl Simulation {
         let zeros = vec![0.0; self.inner.high.len()];
         let mut sample = zeros.clone();
         record.stop_reason = StopReason::Unfinished;
+        let conserved = self.invariants();
+        record.start.get_or_insert(conserved);
         if dense {
             record.dense = Some(Dense::new(&self.inner, self.state(), start));
         }
@@ -222,9 +242,14 @@ impl Simulation {
     }
 
     fn record_state(&mut self, record: &mut Trajectory, y: &[f64], state: &State) {
+        let conserved = self.invariants_of(y, state);
+        record.push(state, &conserved);
+    }
+
+    fn invariants_of(&mut self, y: &[f64], state: &State) -> Invariants {
         let energy = self.motion.equations.energy(y, &state.velocity);
-        let momentum = self.motion.equations.angular_momentum(&self.inner, y);
-        record.push(state, &energy, &momentum);
+        let angular_momentum = self.motion.equations.angular_momentum(&self.inner, y);
+        Invariants { time: state.time, energy, angular_momentum }
     }
 }
 

@@ -77,6 +77,7 @@ def made(units=False):
         run,
         run[::2],
         run.statistics,
+        run.start,
         run([1.0, 2.0]),
         observables.element_rates(run),
         observables.mutual_period(run),
