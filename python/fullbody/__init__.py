@@ -37,7 +37,7 @@ from .integrators import (
     Verner87,
     Verner98,
 )
-from .interactions import Energy, Interactions
+from .interactions import Energy, Interactions, Invariants
 from .io import load
 from .pair import Component, binary
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
@@ -85,6 +85,7 @@ __all__ = [
     "Interactions",
     "Interrupted",
     "InvalidInput",
+    "Invariants",
     "KeplerElements",
     "LieGroupVariational",
     "NotConverged",

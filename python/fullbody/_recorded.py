@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _conserved
 from .errors import InvalidInput
+from .interactions import Invariants
 
 if TYPE_CHECKING:
     from .system import System
@@ -20,6 +23,8 @@ class Recorded:
 
     system: System
     _record: dict[str, npt.NDArray[np.float64]]
+    #: Numbers of the start, as in :mod:`fullbody._conserved`; ``None`` where a file does not tell.
+    _start: npt.NDArray[np.float64] | None = None
 
     def _get(self, name: str, dimension: str) -> Any:
         return self.system._units.attach(self._record[name], dimension)
@@ -90,37 +95,60 @@ class Recorded:
         return self._get("angular_momentum", "angular momentum")
 
     @property
+    def start(self) -> Invariants | None:
+        """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
+
+        A slice keeps the start of the whole run. ``None`` in a run from a file of version 0.1.0, which does not tell.
+        """
+        return None if self._start is None else _conserved.named(self._start, self.system._units)
+
+    @property
     def energy_drift(self) -> npt.NDArray[np.float64]:
-        """Change of the total energy since the start, relative to it (K,); absolute where it is zero."""
-        energy = self._record["energy"][:, 0]
-        return self._relative("energy_drift", energy - energy[:1])
+        """Change of the total energy since the start of the run, relative to it (K,); absolute where it is zero.
+
+        Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
+        """
+        return self._told("energy_drift")
 
     @property
     def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
         """Change of the total energy since the start, relative to abs(potential + translational) there (K,).
 
         The energy of a fast spin can dwarf that of the orbit and hide its error. Absolute where there is no orbit.
+        Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
         """
-        energy = self._record["energy"][:, 0]
-        return self._relative("energy_drift_orbital", energy - energy[:1])
+        return self._told("energy_drift_orbital")
 
     @property
     def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
         """Length of the change of the angular momentum since the start, relative to its length (K,).
 
-        Absolute where that is zero.
+        Absolute where that is zero. Where ``start`` is ``None``, it is the change since the first sample, with a
+        ``UserWarning``.
         """
-        momentum = self._record["angular_momentum"]
-        return self._relative("angular_momentum_drift", np.linalg.norm(momentum - momentum[:1], axis=1))
+        return self._told("angular_momentum_drift")
 
-    def _size(self, drift: str) -> float:
+    def _told(self, name: str) -> npt.NDArray[np.float64]:
+        if self._start is None and len(self._record["time"]):
+            text = (
+                f"{name} is counted from the first sample, at time {self.time[0]}: the file that the run comes from "
+                "does not tell what energy and angular momentum were at its start"
+            )
+            warnings.warn(text, UserWarning, stacklevel=3)
+        return self._drift(name)
+
+    def _drift(self, name: str) -> npt.NDArray[np.float64]:
+        record = self._record
+        return _conserved.drift(name, self._reference(), record["energy"], record["angular_momentum"])
+
+    def _relative_to(self, name: str) -> float:
         """What a drift is relative to; zero where there is nothing, and in a run without samples."""
-        if not len(self._record["time"]):
-            return 0.0
-        energy = self._record["energy"][0]
-        if drift == "angular_momentum_drift":
-            return float(np.linalg.norm(self._record["angular_momentum"][0]))
-        return float(abs(energy[0] if drift == "energy_drift" else energy[1] + energy[3]))
+        return _conserved.size(name, self._reference()) if len(self._record["time"]) else 0.0
 
-    def _relative(self, drift: str, change: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        return np.asarray(change / (self._size(drift) or 1.0))
+    def _reference(self) -> npt.NDArray[np.float64]:
+        """The start; or else the first sample; or else, where there is nothing to compare, zeros."""
+        if self._start is not None:
+            return self._start
+        if not len(self._record["time"]):
+            return np.zeros(8)
+        return np.concatenate([np.atleast_1d(self._record[name][0]) for name in ("time", "energy", "angular_momentum")])

@@ -1,4 +1,4 @@
-"""What acts in a state: forces, torques and energies."""
+"""What acts in a state, and what the motion conserves of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from ._records import Alike, Record, block
 
-__all__ = ["Energy", "Interactions"]
+__all__ = ["Energy", "Interactions", "Invariants"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -55,3 +55,20 @@ class Energy(Alike):
         from . import tables
 
         return tables.to_html(tables.of_energy(self))
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Invariants(Record):
+    """What a motion conserves, at a time.
+
+    Attributes
+    ----------
+    time : float or Quantity
+    energy : Energy
+    angular_momentum : ndarray or Quantity, (3,)
+        Total, about the origin, inertial.
+    """
+
+    time: Any
+    energy: Energy
+    angular_momentum: Any

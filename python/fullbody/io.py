@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from io import BytesIO
 from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from . import _occurrences, _seal
 from ._arguments import integer, named_options
@@ -38,8 +39,16 @@ _COORDINATES = {
     "quaternion": ["w", "x", "y", "z"],
     "part": ["total", "translational", "rotational", "potential"],
 }
-_FORMAT = 1
-#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it.
+#: What is conserved, at the start: numbers of it (see :mod:`fullbody._conserved`), dimensions, dimension of the unit.
+_START: dict[str, tuple[Any, tuple[str, ...], str]] = {
+    "start_time": (0, (), "time"),
+    "start_energy": (slice(1, 5), ("part",), "energy"),
+    "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
+}
+#: Format 1, of version 0.1.0, has no start.
+_FORMAT = 2
+#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it and of the
+#: start.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
 #: What may have ended a run.
 _REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
@@ -64,6 +73,10 @@ def to_xarray(run: Run) -> Any:
         name: (("time", *dims), run._record[name], attributes(dimension, text))
         for name, (dims, dimension, text) in _VARIABLES.items()
     }
+    if run._start is not None:
+        for name, (numbers, dims, dimension) in _START.items():
+            text = f"{dimension} at the start of the run"
+            variables[name] = (dims, run._start[numbers], attributes(dimension, text))
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.system.names))
     coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
@@ -75,7 +88,7 @@ def to_xarray(run: Run) -> Any:
         {
             "title": "fullbody run",
             "fullbody_version": __version__,
-            "fullbody_format": _FORMAT,
+            "fullbody_format": 1 if run._start is None else _FORMAT,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
             "fullbody_events": asked,
@@ -125,8 +138,10 @@ def save(run: Run, path: Any) -> None:
     check_suffix(path, SUFFIXES)
     netcdf()
     dataset = run.to_xarray()
-    dataset.attrs["fullbody_checksum"] = _checksum(dataset.attrs)
-    encoding = {name: _protected(of) for name, of in dataset.variables.items() if of.dtype.kind in "fi"}
+    dataset.attrs["fullbody_checksum"] = _checksum(dataset.attrs, [dataset[name].values for name in _START])
+    # HDF5 has no checksums for a number by itself.
+    numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
+    encoding = {name: _protected(of) for name, of in numbers.items()}
     with replacing(path) as temporary:
         # Through memory: where a disk is full, HDF5 itself would end the whole process.
         whole = BytesIO()
@@ -199,13 +214,14 @@ def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any
         raise InvalidInput(f"attribute {name}: {error}") from error
 
 
-def _checksum(attributes: Mapping[str, Any]) -> str:
-    texts = "\n".join(str(attributes.get(name)) for name in _TEXTS)
-    return f"{zlib.crc32(texts.encode()):08x}"
+def _checksum(attributes: Mapping[str, Any], start: Sequence[npt.NDArray[np.float64]]) -> str:
+    texts = [str(attributes.get(name)) for name in _TEXTS] + [str(values.tolist()) for values in start]
+    whole = "\n".join(texts)
+    return f"{zlib.crc32(whole.encode()):08x}"
 
 
-def _check_format(stored: Stored) -> None:
-    """Refuse a file that says it is of another format."""
+def _format(stored: Stored) -> int:
+    """The format of a file; one that is not known is refused."""
     found = stored.attribute("fullbody_format")
     if found is None:
         raise InvalidInput("it has no attribute fullbody_format")
@@ -214,16 +230,21 @@ def _check_format(stored: Stored) -> None:
         raise InvalidInput(f"attribute fullbody_format is {found!r}; expected a whole number above zero")
     if written > _FORMAT:
         raise InvalidInput(f"a newer fullbody wrote it, {stored.attribute('fullbody_version')}")
+    return written
 
 
 def _run(stored: Stored) -> Run:
     """The run in a file."""
-    _check_format(stored)
     texts = {name: stored.attribute(name) for name in _TEXTS}
+    # Files of version 0.1.0 do not tell their start.
+    start = []
+    if _format(stored) > 1:
+        lengths = {name: len(labels) for name, labels in _COORDINATES.items()}
+        start = [stored.numbers(name, {dim: lengths[dim] for dim in dims}) for name, (_, dims, _) in _START.items()]
     # Checked even under a seal of the whole file, since it stays where other programs write the file anew.
-    if stored.text("fullbody_checksum", found := _checksum(texts)) != found:
+    if stored.text("fullbody_checksum", found := _checksum(texts, start)) != found:
         raise InvalidInput(
-            f"attribute fullbody_checksum does not fit: one of {', '.join(_TEXTS)} has been altered; "
+            f"attribute fullbody_checksum does not fit: one of {', '.join((*_TEXTS, *_START))} has been altered; "
             "where that was meant, delete fullbody_checksum"
         )
     system, integrator = _parsed(stored, "fullbody_setup", None, _restore)
@@ -237,6 +258,7 @@ def _run(stored: Stored) -> Run:
     check_order(record["time"], "time", repeated=False)
     check_unit(record["attitude"], "attitude")
     run = Run(system, record, counts, integrator)
+    run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
     run.events = _occurrences.from_file(stored, system, asked)
     run.stop_reason = stored.text("stop_reason", "unknown")
     if run.stop_reason not in _REASONS:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from . import _core
 from ._arguments import named_options
 from ._recorded import Recorded
+from ._records import same
 from .dense import Dense, Samples
 from .elements import KeplerElements
 from .errors import InvalidInput
@@ -50,7 +51,7 @@ class Run(Recorded):
     """What an integration recorded; K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
-    :class:`Run` (its statistics and events are the whole run's).
+    :class:`Run` (its start, statistics and events are the whole run's).
     Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
 
     Attributes
@@ -180,6 +181,7 @@ class Run(Recorded):
             record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
             run = Run(self.system, record, self.statistics, self.integrator)
             run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
+            run._start = self._start
             return run
         r = self._record
         core = _core.State(
@@ -270,7 +272,8 @@ class Run(Recorded):
         xarray.Dataset
             Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
             variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
-            for, as JSON, and ``event_asked`` counts into that list.
+            for, as JSON, and ``event_asked`` counts into that list. ``start_time``, ``start_energy`` and
+            ``start_angular_momentum`` are those of ``run.start``.
 
         Examples
         --------
@@ -308,9 +311,9 @@ class Run(Recorded):
     def save(self, path: Any) -> None:
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
 
-        Kept are samples, set-up, statistics, events and the stop reason. Not kept are the continuous solution of
-        ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the name, with the
-        times and states where they vanished.
+        Kept are samples, the start, set-up, statistics, events and the stop reason. Not kept are the continuous
+        solution of ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the
+        name, with the times and states where they vanished.
 
         The file ends with a checksum of the whole, behind what NetCDF reads. :func:`fullbody.load` checks it first.
         Other programs do not see it, and cut it off when they write to the file; load then warns.
@@ -339,9 +342,10 @@ class Run(Recorded):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):
             return NotImplemented
-        same = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
+        alike = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
+        alike = alike and same(self._start, other._start)
         how = self.stop_reason == other.stop_reason and self.events == other.events
-        return same and how and self.system == other.system and self.statistics == other.statistics
+        return alike and how and self.system == other.system and self.statistics == other.statistics
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from . import _core
+from . import _conserved, _core
 from ._arguments import named_options
 from ._doubts import of_start
 from ._files import as_path, content, replacing
@@ -21,6 +21,7 @@ from .dense import Dense
 from .errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
 from .events import Event, Occurrence
 from .integrators import Integrator, Verner98, rebuild
+from .interactions import Invariants
 from .run import Run, Statistics
 from .state import State
 from .system import System
@@ -129,6 +130,42 @@ class Simulation:
         return Statistics(*self._core.statistics)
 
     @property
+    def start(self) -> Invariants:
+        """Time, energy and angular momentum at the state that the simulation began with or was last set to."""
+        return _conserved.named(self._core.start, self._system._units)
+
+    @property
+    def energy_drift(self) -> float:
+        """Change of the total energy since the start of the simulation, over all its runs and steps, relative to it.
+
+        The drift of each run is counted from where that run began. As in a run, absolute where the energy is zero.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> sim = fullbody.Simulation(system, state, fullbody.Verner98(rtol=1e-6))
+        >>> drifts = [sim.integrate(time).energy_drift[-1] for time in (100.0, 200.0)]
+        >>> abs(sum(drifts) - sim.energy_drift) < 1e-14
+        True
+        """
+        return self._drift("energy_drift")
+
+    @property
+    def energy_drift_orbital(self) -> float:
+        """The same, relative to abs(potential + translational) at the start."""
+        return self._drift("energy_drift_orbital")
+
+    @property
+    def angular_momentum_drift(self) -> float:
+        """Length of the change of the angular momentum since the start of the simulation, relative to its length."""
+        return self._drift("angular_momentum_drift")
+
+    def _drift(self, name: str) -> float:
+        start, now = self._core.start, np.array(self._core.invariants)
+        return float(_conserved.drift(name, np.array(start), now[np.newaxis, 1:5], now[np.newaxis, 5:])[0])
+
+    @property
     def quadrature(self) -> list[dict[str, Any]]:
         """The quadrature in force for each pair: bodies, the one integrated over, number of points, order."""
         names = self._system.names
@@ -195,8 +232,10 @@ class Simulation:
         with _Bar(progress) as report, self._run() as core:
             record, error = core.integrate(end, spacing, times, conditions, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
-        happened, solution, (reason, _) = (record.pop(name) for name in ("events", "dense", "stop_reason"))
+        parts = ("start", "events", "dense", "stop_reason")
+        start, happened, solution, (reason, _) = (record.pop(name) for name in parts)
         run = Run(self._system, record, counts, self._integrator)
+        run._start = None if start is None else np.array(start)
         run.events = [
             Occurrence(watched[index], units.attach(time, "time"), State._wrap(state, self._system))
             for index, time, state in happened

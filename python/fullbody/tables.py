@@ -198,6 +198,9 @@ def of_run(run: Run) -> Table:
     rows: list[Sequence[str]] = [("samples", str(len(run)))]
     if len(run):
         rows.append(("time", f"{number(run.time[0])} to {number(run.time[-1])}"))
+    start = run.start
+    if start is not None and not (len(run) and start.time == run.time[0]):
+        rows.append(("start", number(start.time)))
     rows += [
         ("integrator", repr(integrator)),
         ("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"),
@@ -208,10 +211,15 @@ def of_run(run: Run) -> Table:
     if run.stop_reason in _STOPPED:
         rows.append(("stopped", _STOPPED[run.stop_reason]))
     drifts = {
-        "energy_drift": "drift of the energy, relative to the total",
-        "energy_drift_orbital": "drift of the energy, relative to the orbit's",
-        "angular_momentum_drift": "drift of the angular momentum, relative",
+        "energy_drift": "drift of the energy{}, relative to the total",
+        "energy_drift_orbital": "drift of the energy{}, relative to the orbit's",
+        "angular_momentum_drift": "drift of the angular momentum{}, relative",
     }
+    since = "" if start else " since the first sample"
     # Where there is something to be relative to.
-    rows += [(name, f"{np.abs(getattr(run, of)).max():.2e}") for of, name in drifts.items() if run._size(of)]
+    rows += [
+        (name.format(since), f"{np.abs(run._drift(of)).max():.2e}")
+        for of, name in drifts.items()
+        if run._relative_to(of)
+    ]
     return Table("Run", (), rows)

@@ -26,6 +26,31 @@ impl Energy {
     }
 }
 
+/// What a motion conserves, at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Invariants {
+    /// The time.
+    pub time: f64,
+    /// Energy in its parts.
+    pub energy: Energy,
+    /// Total angular momentum about the origin.
+    pub angular_momentum: Vec3,
+}
+
+impl Invariants {
+    /// Time, energies (total, translational, rotational, potential) and angular momentum, one after the other.
+    pub fn numbers(&self) -> [f64; 8] {
+        let (e, j) = (&self.energy, &self.angular_momentum);
+        [self.time, e.total, e.translational, e.rotational, e.potential, j.x, j.y, j.z]
+    }
+
+    /// The inverse of [`Self::numbers`].
+    pub fn from_numbers([time, total, translational, rotational, potential, x, y, z]: [f64; 8]) -> Self {
+        let energy = Energy { total, translational, rotational, potential };
+        Self { time, energy, angular_momentum: Vec3::new(x, y, z) }
+    }
+}
+
 pub(super) fn energy(system: &System, state: &State, potential: f64) -> Energy {
     let bodies = system.bodies();
     let translational = bodies.iter().zip(&state.velocity).map(|(b, v)| 0.5 * b.mass * v.norm_squared());

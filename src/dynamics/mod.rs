@@ -13,7 +13,7 @@ mod state;
 mod system;
 
 pub use equations::{Dynamics, Rejected};
-pub use invariants::Energy;
+pub use invariants::{Energy, Invariants};
 pub use layout::{AttitudeChart, Inner, Layout};
 pub use rotor::{free_rotation, variational_rotation};
 pub use splitting::{Parts, Splitting};

@@ -70,6 +70,18 @@ impl PySimulation {
         PyState { inner: self.inner.state() }
     }
 
+    /// What is conserved, at the start: time, four energies, angular momentum.
+    #[getter]
+    fn start(&self) -> [f64; 8] {
+        self.inner.start().numbers()
+    }
+
+    /// The same at the present state.
+    #[getter]
+    fn invariants(&mut self) -> [f64; 8] {
+        self.inner.invariants().numbers()
+    }
+
     fn set_state(&mut self, state: &PyState) -> Result<(), Error> {
         self.inner.set_state(&state.inner)
     }
@@ -224,6 +236,7 @@ fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
         let values: Array<'_> = array(py, values, shape)?;
         dict.set_item(name, values)?;
     }
+    dict.set_item("start", record.start.map(|start| start.numbers()))?;
     let events: Vec<(usize, f64, PyState)> =
         record.events.into_iter().map(|e| (e.event, e.time, PyState { inner: e.state })).collect();
     dict.set_item("events", events)?;

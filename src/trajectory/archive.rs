@@ -15,7 +15,7 @@ use super::checkpoint::Checkpoint;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
-use crate::dynamics::{Inner, Settings, System};
+use crate::dynamics::{Inner, Invariants, Settings, System};
 use crate::error::{Error, Result};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -55,7 +55,7 @@ struct Contents {
     now: Checkpoint,
 }
 
-/// What the start decides for the whole run. What else is measured against the start has its place here.
+/// What the start decides for the whole run, and what is measured against it.
 #[derive(Serialize, Deserialize)]
 struct Start {
     epoch: f64,
@@ -63,6 +63,8 @@ struct Start {
     barycentre_velocity: [f64; 3],
     /// Scales per body that absolute tolerances refer to: position, velocity, spin.
     scales: Vec<[f64; 3]>,
+    /// What is conserved there, as [`Invariants::numbers`] has it.
+    conserved: [f64; 8],
 }
 
 impl Simulation {
@@ -91,6 +93,7 @@ impl Simulation {
                 barycentre: self.inner.barycentre,
                 barycentre_velocity: self.inner.barycentre_velocity,
                 scales: self.motion.initial.clone(),
+                conserved: self.start.numbers(),
             },
             now: self.checkpoint(),
         };
@@ -195,6 +198,7 @@ impl Contents {
             integrator: setup.integrator,
             mover,
             given: false,
+            start: Invariants::from_numbers(self.start.conserved),
             notes: self.notes,
         };
         simulation.go_back(&self.now)?;

@@ -1,8 +1,7 @@
 //! The recorded run.
 
 use super::{Dense, Occurrence};
-use crate::dynamics::{Energy, State};
-use crate::math::Vec3;
+use crate::dynamics::{Invariants, State};
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -23,6 +22,8 @@ pub enum StopReason {
 pub struct Trajectory {
     /// Number of bodies.
     pub bodies: usize,
+    /// What is conserved, at the start of the first run into this record.
+    pub start: Option<Invariants>,
     /// Times (K,).
     pub time: Vec<f64>,
     /// Positions.
@@ -62,7 +63,7 @@ impl Trajectory {
     }
 
     /// Adds a sample.
-    pub fn push(&mut self, state: &State, energy: &Energy, angular_momentum: &Vec3) {
+    pub fn push(&mut self, state: &State, conserved: &Invariants) {
         self.time.push(state.time);
         for body in 0..self.bodies {
             self.position.extend_from_slice(state.position[body].as_slice());
@@ -70,7 +71,8 @@ impl Trajectory {
             self.attitude.extend_from_slice(&state.attitude[body]);
             self.spin.extend_from_slice(state.spin[body].as_slice());
         }
+        let energy = &conserved.energy;
         self.energy.extend([energy.total, energy.translational, energy.rotational, energy.potential]);
-        self.angular_momentum.extend_from_slice(angular_momentum.as_slice());
+        self.angular_momentum.extend_from_slice(conserved.angular_momentum.as_slice());
     }
 }

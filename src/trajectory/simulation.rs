@@ -6,7 +6,7 @@ use super::motion::Motion;
 use super::mover::Mover;
 use super::output::Times;
 use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
-use crate::dynamics::{Dynamics, Inner, State, System};
+use crate::dynamics::{Dynamics, Inner, Invariants, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
 use std::ops::ControlFlow;
@@ -48,6 +48,8 @@ pub struct Simulation {
     /// What a caller wants kept with the simulation and its archives, as text of any kind: names of units and the like. No number
     /// that the simulation works with belongs here.
     pub notes: String,
+    /// What is conserved, at the start.
+    pub(super) start: Invariants,
 }
 
 impl Simulation {
@@ -58,9 +60,12 @@ impl Simulation {
         let mut motion = Motion::new(system.dynamics(), &inner.high);
         motion.prepare(state.time, &inner.high, 0.0)?;
         // What overflows is refused here: no step could be measured against it.
-        system.check_range(&motion.equations.energy(&inner.high, &state.velocity))?;
+        let energy = motion.equations.energy(&inner.high, &state.velocity);
+        system.check_range(&energy)?;
+        let angular_momentum = motion.equations.angular_momentum(&inner, &inner.high);
+        let start = Invariants { time: state.time, energy, angular_momentum };
         let mover = Mover::new(integrator, &motion, &inner, state.time)?;
-        Ok(Self { motion, inner, integrator, mover, given: true, notes: String::new() })
+        Ok(Self { motion, inner, integrator, mover, given: true, start, notes: String::new() })
     }
 
     /// The system.
@@ -89,6 +94,18 @@ impl Simulation {
         let fresh = Self::new(self.system(), state, self.integrator)?;
         *self = Self { notes: std::mem::take(&mut self.notes), ..fresh };
         Ok(())
+    }
+
+    /// What is conserved, at the state that the simulation began with or was last set to.
+    pub fn start(&self) -> Invariants {
+        self.start
+    }
+
+    /// What is conserved, at the present state.
+    pub fn invariants(&mut self) -> Invariants {
+        let state = self.state();
+        let high = self.mover.vector().0.to_vec();
+        self.invariants_of(&high, &state)
     }
 
     /// Counts since the start.
@@ -143,6 +160,8 @@ impl Simulation {
         let mut watch = Watch::new(self.system(), &self.inner, events, self.given)?;
         let mut sample = vec![0.0; self.inner.high.len()];
         record.stop_reason = StopReason::Unfinished;
+        let conserved = self.invariants();
+        record.start.get_or_insert(conserved);
         if dense {
             record.dense = Some(Dense::new(&self.inner, self.state()));
         }
@@ -227,8 +246,13 @@ impl Simulation {
     }
 
     fn record_state(&mut self, record: &mut Trajectory, y: &[f64], state: &State) {
+        let conserved = self.invariants_of(y, state);
+        record.push(state, &conserved);
+    }
+
+    fn invariants_of(&mut self, y: &[f64], state: &State) -> Invariants {
         let energy = self.motion.equations.energy(y, &state.velocity);
-        let momentum = self.motion.equations.angular_momentum(&self.inner, y);
-        record.push(state, &energy, &momentum);
+        let angular_momentum = self.motion.equations.angular_momentum(&self.inner, y);
+        Invariants { time: state.time, energy, angular_momentum }
     }
 }

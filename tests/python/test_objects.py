@@ -78,6 +78,7 @@ def made(units=False):
         run[::2],
         run["Beta"],
         run.statistics,
+        run.start,
         run([1.0, 2.0]),
         observables.element_rates(run),
         observables.mutual_period(run),

@@ -1,5 +1,6 @@
 """Observables of runs against REBOUND's elements and the closed forms of celestial mechanics."""
 
+import re
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 import rebound
 from fullbody import Component, binary, observables
-from support import OF_REVOLUTIONS, pair_of_points
+from support import OF_REVOLUTIONS, inertia, pair_of_points
 
 OF_SAMPLES = (observables.obliquity, observables.roll_pitch_yaw)
 
@@ -137,18 +138,36 @@ def test_a_planar_orbit_has_no_node(frame):
     np.testing.assert_allclose(found.inclination, np.pi / 2, rtol=1e-12)
 
 
-def librating(e, offset, time):
-    a, b = 0.0010, 0.0009
+def librating(e, offset, time, mass=1e-9):
+    """A small moon of some mass about a sphere of mass one, n = 1; the run and the frequency of free libration."""
+    axes = np.array([0.0010, 0.0009, 0.0008])
     system, state = binary(
         Component(diameter=0.1, mass=1.0, rotation_period=np.inf),
-        Component(semi_axes=(a, b, 0.0008), mass=1e-9),
-        G=1.0 / (1 + 1e-9),
+        Component(semi_axes=axes, mass=mass),
+        G=1.0 / (1 + mass),
         semi_major_axis=1.0,
         eccentricity=e,
         libration=offset,
     )
-    ratio = (a**2 - b**2) / (a**2 + b**2)
-    return system.integrate(state, time, output=0.25), np.sqrt(3 * ratio)
+    # As the docstring has it.
+    formula = re.search(r"``w = (n \* sqrt\(.*\))``", observables.libration.__doc__).group(1)
+    moments = dict(zip("ABC", inertia(mass, axes), strict=True))
+    frequency = eval(formula, {"sqrt": np.sqrt, "n": 1.0, "m": mass, "M": 1.0, **moments})
+    return system.integrate(state, time, output=0.25), frequency
+
+
+@pytest.mark.parametrize("mass", [0.1, 1.0, 10.0])
+def test_libration_of_a_massive_moon(mass):
+    """The torque goes with the other mass alone, the orbit with both."""
+    run, frequency = librating(0.0, 1e-3, 1000.0, mass)
+    assert frequency < np.sqrt(3 * (100 - 81) / (100 + 81)) / np.sqrt(1 + 0.99 * mass)
+    found = observables.libration(run, count=1)
+    np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
+    e = 1e-3
+    run, frequency = librating(e, 0.0, 1000.0, mass)
+    found = observables.libration(run, count=2)
+    forced = np.argmin(np.abs(found.frequencies - 1.0))
+    np.testing.assert_allclose(found.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
 
 
 def test_free_libration():

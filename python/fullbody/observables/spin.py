@@ -189,10 +189,12 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
 
     Notes
     -----
-    Free libration in longitude of a nearly synchronous body of principal moments A < B < C on a circular orbit of mean
-    motion n about a distant sphere has the frequency w = n sqrt(3 (B - A)/C). An eccentricity e forces it at n: against
-    uniform rotation by 2 e w^2/(w^2 - n^2), and against the line to the other body, as here, by
-    2 e n^2/(w^2 - n^2) (Murray & Dermott 1999, Sec. 5.4 and 5.5).
+    Small free librations in longitude of a nearly synchronous body of mass m and principal moments A < B < C, on a
+    circular orbit of mean motion n about a distant sphere of mass M, have the frequency
+    ``w = n * sqrt(3 * (B - A) / C * M / (M + m))``: the torque is 3 G M/r^3 (B - A) times the angle, and
+    G (M + m)/r^3 is n^2. The last factor is one for a small moon, and 1/2 under the root for equal masses. An
+    eccentricity e forces a libration at n: against uniform rotation by 2 e w^2/(w^2 - n^2), and against the line to the
+    other body, as here, by 2 e n^2/(w^2 - n^2) (Murray & Dermott 1999, Sec. 5.4 and 5.5, where m is small).
 
     Examples
     --------

@@ -27,9 +27,9 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     }
     for place, (of, name) in enumerate(drifts.items()):
         # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
-        if not run._size(of):
+        if not run._relative_to(of):
             continue
-        drift = getattr(run, of)
+        drift = run._drift(of)
         # A logarithm has no zero: the line goes on from the sample before to the one after.
         shown = drift != 0.0
         name = name if shown.any() else f"{name}: no change"
@@ -37,7 +37,8 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
     ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))
-    ax.set_ylabel("|relative drift|")
+    # A run from a file of version 0.1.0 does not tell its start.
+    ax.set_ylabel("|relative drift|" if run.start else "|relative drift|\nsince the first sample")
     grid(ax)
     legend(ax)
     time_label(ax, run)
