@@ -5,12 +5,13 @@ import sys
 
 import astropy.units as u
 import fullbody
-import fullbody.reproduce.starts
 import numpy as np
 import pytest
 import rebound
 from fullbody import Component, binary, observables
 from support import OF_REVOLUTIONS, pair_of_points
+
+from reproduction.ho2021 import starts
 
 OF_SAMPLES = (observables.obliquity, observables.roll_pitch_yaw)
 
@@ -339,7 +340,7 @@ def test_periapsis_is_not_told_from_other_terms_of_the_distance():
 def test_an_orbit_whose_plane_turns_over_has_no_longitude():
     """Steep to the total angular momentum, the plane lies across its mean half a turn of its node later."""
     system, state = fullbody.systems.kw4_ho2021()
-    steep = fullbody.reproduce.starts.start(state, system.mu(), i=120.0)
+    steep = starts.start(state, system.mu(), i=120.0)
     run = system.integrate(steep, 6000.0, output=2.0, integrator=fullbody.Verner98(1e-10, 1e-10))
     with pytest.raises(fullbody.InvalidInput, match=r"the plane of the orbit turns so far .* expected a shorter run"):
         observables.orbit_precession(run)

@@ -1,35 +1,38 @@
-"""``fullbody reproduce``: everything that the paper shows, run again and laid beside its numbers."""
+"""``python -m reproduction.ho2021``: everything that the paper shows, run again and laid beside its numbers."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-__all__ = ["register"]
+from fullbody.errors import FullbodyError
+
+from . import write_report
+from .results import counts
+
+__all__ = ["main"]
 
 
-def register(subparsers: Any) -> None:
-    """Add the command."""
-    parser = subparsers.add_parser(
-        "reproduce",
-        help="the whole paper run again: report.html, figures, numbers.json",
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the report and print its verdicts."""
+    parser = argparse.ArgumentParser(
+        prog="python -m reproduction.ho2021",
         description="Run everything that Ho, Wold, Conway & Poursina (2021) show and write report.html (one file), the "
         "figures and numbers.json, with a verdict on every number. Takes some minutes.",
     )
     parser.add_argument("--out", type=Path, default=Path("out/reproduce"), help="folder (%(default)s)")
     parser.add_argument("--draft", action="store_true", help="coarser scans and shorter long runs")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
-    parser.set_defaults(run=run)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Run the command."""
-    from ..reproduce import write_report
-    from ..reproduce.results import counts
-
-    report = write_report(arguments.out, draft=arguments.draft, progress=sys.stderr.isatty() and not arguments.quiet)
+    arguments = parser.parse_args(argv)
+    try:
+        report = write_report(
+            arguments.out, draft=arguments.draft, progress=sys.stderr.isatty() and not arguments.quiet
+        )
+    except (FullbodyError, OSError) as error:
+        print(f"reproduction: {error}", file=sys.stderr)
+        return 1
     if not arguments.quiet:
         width = max(len(verdict.quantity) for verdict in report.verdicts)
         for verdict in report.verdicts:
@@ -37,3 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(", ".join(f"{number} {word}" for word, number in counts(list(report.verdicts))))
         print(f"The report is {report.page}")
     return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

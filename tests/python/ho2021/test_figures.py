@@ -4,8 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fullbody import paper
-from fullbody.reproduce import _drawing, case_figures, cases, evidence_figures, kw4, kw4_figures, starts
+from fullbody.commands.kw4 import drawing
+from fullbody.commands.kw4 import figures as kw4_figures
+from fullbody.commands.kw4 import year as kw4
+
+from reproduction.ho2021 import case_figures, cases, evidence_figures, paper, starts
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +18,7 @@ def runs():
 
 @pytest.fixture(scope="module")
 def years():
-    return {shape: kw4.year(shape, "focal", 220.0)[0] for shape in kw4.SHAPES}
+    return {shape: kw4.run_year(shape, "focal", 220.0)[0] for shape in kw4.SHAPES}
 
 
 @pytest.fixture(scope="module")
@@ -48,18 +51,18 @@ def figures(runs, years, evidence):
 
 def test_windows_and_what_is_largest_in_them():
     x = np.arange(8.0)
-    middle, low, high = _drawing.windows(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
+    middle, low, high = drawing.windows(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
     assert middle.tolist() == [0.5, 2.5, 4.5, 6.5]
     assert low.tolist() == [-5.0, 1.0, 0.0, -8.0]
     assert high.tolist() == [3.0, 2.0, 0.0, 7.0]
-    middle, high = _drawing.largest(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
+    middle, high = drawing.largest(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
     assert (middle.tolist(), high.tolist()) == ([0.5, 2.5, 6.5], [5.0, 2.0, 8.0])
 
 
 def test_a_line_is_broken_between_prograde_and_retrograde():
-    x, y = _drawing.broken(np.array([10.0, 60.0, 120.0, 170.0]), np.arange(4.0), 90.0)
+    x, y = drawing.broken(np.array([10.0, 60.0, 120.0, 170.0]), np.arange(4.0), 90.0)
     assert np.flatnonzero(np.isnan(x)).tolist() == np.flatnonzero(np.isnan(y)).tolist() == [2]
-    assert not np.isnan(_drawing.broken(np.array([100.0, 150.0]), np.zeros(2), 90.0)[0]).any()
+    assert not np.isnan(drawing.broken(np.array([100.0, 150.0]), np.zeros(2), 90.0)[0]).any()
 
 
 def test_every_axis_says_its_unit(figures):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from fullbody.commands.kw4.drawing import figure, floor, largest, positive, power
+from fullbody.plots._style import LINES, grid, legend
+from fullbody.run import Run
 
-from ..plots._style import LINES, grid, legend
-from ..run import Run
 from . import cases
-from ._drawing import figure, floor, largest, positive, power
 
 if TYPE_CHECKING:
     from .results import Results

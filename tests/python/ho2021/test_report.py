@@ -7,10 +7,13 @@ from html.parser import HTMLParser
 import fullbody
 import numpy as np
 import pytest
-from fullbody import paper
 from fullbody.cli import main
-from fullbody.reproduce import cases, kw4, page, physical, starts, write_report
-from fullbody.reproduce.verdicts import as_printed
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4 import year as kw4
+
+from reproduction.ho2021 import cases, page, paper, physical, starts, write_report
+from reproduction.ho2021.__main__ import main as report
+from reproduction.ho2021.verdicts import as_printed
 
 DEGREE = np.pi / 180
 
@@ -80,10 +83,10 @@ def test_momentum_of_places_is_that_of_the_states():
 
 def test_docstring_of_the_start_quotes_the_paper():
     text = fullbody.systems.kw4_ho2021.__doc__
-    for shape in paper.KW4.values():
+    for shape in printed.YEAR.values():
         assert f"{shape.period:.4f}" in text
         assert f"{shape.inclination_period:.0f}" in text
-    for value in (*paper.KW4_SPIN["z"], -paper.KW4_SPIN["x"][0], paper.KW4_SPIN["y"][1]):
+    for value in (*printed.SPIN["z"], -printed.SPIN["x"][0], printed.SPIN["y"][1]):
         assert f"{value:.2f}" in text
 
 
@@ -153,8 +156,8 @@ def test_an_orientation_gives_all_six_printed_numbers():
     run = system.integrate(turned, 200.0, output=0.02)
     spin = run.spin[:, 1] * 1e5 / 3600
     ranges = {axis: (spin[:, k].min(), spin[:, k].max()) for k, axis in enumerate("xyz")}
-    for axis, printed in paper.KW4_SPIN.items():
-        assert [round(value, 2) for value in ranges[axis]] == list(printed)
+    for axis, limits in printed.SPIN.items():
+        assert [round(value, 2) for value in ranges[axis]] == list(limits)
     # A turn the other way does not.
     other = fullbody.State.from_tait_bryan(state.position, state.velocity, angles * [[1], [-1]], state.spin)
     assert np.abs(kw4.spin_range(system, other) - starts.PRINTED).max() > 0.5
@@ -178,9 +181,8 @@ def test_that_orientation_is_an_hour_of_motion_about_the_normal(numbers):
 
 
 def test_that_orientation_does_not_give_the_printed_year(numbers):
-    printed = paper.KW4["ellipsoid"]
     for moved in (numbers["kw4_from_spin_search"], numbers["kw4_from_mean_anomaly"]):
-        assert abs(moved["a_mean"] - printed.a_mean) > 3e-4
+        assert abs(moved["a_mean"] - printed.YEAR["ellipsoid"].a_mean) > 3e-4
 
 
 def test_table_2_is_rounded(numbers):
@@ -230,7 +232,7 @@ def test_verdicts_are_the_known_ones(draft):
         by_word.setdefault(verdict.verdict, set()).add(verdict.key)
     differ = {"case1.z", "case2.z", "case1.force_z", "case2.four_times", "kw4.spheroid.spin_xy", "kw4.synchronous"}
     differ |= {"kw4.period_order_5", "kw4.period_power", *(f"kw4.spin_{axis}" for axis in "xyz")}
-    differ |= {f"kw4.{shape}.{what}" for shape in paper.KW4 for what in ("period", "inclination_period")}
+    differ |= {f"kw4.{shape}.{what}" for shape in printed.YEAR for what in ("period", "inclination_period")}
     assert by_word["differs"] == differ
     # A draft stops short of t = 2200.
     assert by_word["open"] == {
@@ -256,7 +258,7 @@ def test_statements_carry_the_numbers_of_the_tables():
 def test_kw4_command_and_report_measure_alike(numbers, tmp_path, capsys):
     assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
     command = json.loads((tmp_path / "numbers.json").read_text())
-    for shape in paper.KW4:
+    for shape in printed.YEAR:
         one, two = command[shape]["focal"], numbers["kw4"]["focal"][shape]
         for measured in (one, two):
             measured.pop("cpu_seconds")
@@ -335,8 +337,14 @@ def test_years_have_hours(until, tmp_path, capsys):
 
 
 def test_command_prints_the_verdicts(monkeypatch, capsys, draft, tmp_path):
-    monkeypatch.setattr("fullbody.reproduce.write_report", lambda out, **options: draft)
-    assert main(["reproduce", "--draft", "--out", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out
-    assert "8 equal" in printed
-    assert str(draft.page) in printed
+    monkeypatch.setattr("reproduction.ho2021.__main__.write_report", lambda out, **options: draft)
+    assert report(["--draft", "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "8 equal" in said
+    assert str(draft.page) in said
+
+
+def test_command_says_why_it_cannot(capsys, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    assert report(["--out", str(tmp_path / "file")]) == 1
+    assert "a file; expected a folder" in capsys.readouterr().err

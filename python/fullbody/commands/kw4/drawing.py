@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..plots._style import LINES, matplotlib
+from ...plots._style import LINES, matplotlib
 
 __all__ = ["SHAPES", "broken", "figure", "floor", "largest", "positive", "power", "windows"]
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from fullbody import systems
+from fullbody.run import Run
 
-from .. import paper, systems
-from ..run import Run
+from . import paper
 
 __all__ = [
     "CaseNumbers",
@@ -231,9 +232,8 @@ def _windows(times: _Array, z: _Array, width: float = 25.0) -> Motion:
 
 def _dop853(system: Any, state: Any, until: float, symmetric: bool) -> tuple[_Array, _Array]:
     """Times and z of A by an independent integrator; its rates are written out here in plain doubles."""
+    from fullbody.state import State
     from scipy.integrate import solve_ivp
-
-    from ..state import State
 
     mass = np.array([body.mass for body in system.bodies])[:, None]
     inertia = np.array([body.inertia for body in system.bodies])

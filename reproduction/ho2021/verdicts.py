@@ -8,8 +8,9 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
+from fullbody.commands.kw4 import printed
 
-from .. import paper
+from . import paper
 from .facts import Facts, facts
 from .physical import FLAT, PAPER, TURNED
 
@@ -29,7 +30,7 @@ class Verdict:
     Attributes
     ----------
     key, where, quantity, printed : str
-        As in :data:`fullbody.paper.STATEMENTS`.
+        As in :data:`paper.STATEMENTS`.
     ours : str
     verdict : {"equal", "holds", "differs", "open", "faster", "slower"}
         Equal to the digits printed; a bound or a claim that holds; neither; not decided; CPU times.
@@ -162,15 +163,15 @@ def _tops(j: _Judge) -> None:
 
 def _year(j: _Judge) -> None:
     for shape, numbers in j.results.year.items():
-        printed = paper.KW4[shape]
+        said = printed.YEAR[shape]
         for name in ("e_max", "a_min", "a_max", "a_mean"):
-            j.number(f"kw4.{shape}.{name}", getattr(numbers, name), f"{getattr(printed, name):.4f}")
+            j.number(f"kw4.{shape}.{name}", getattr(numbers, name), f"{getattr(said, name):.4f}")
         why = (
             f"Kepler's third law for the same semi-major axes gives {j.facts.rounded_g[shape]:.4f} h with "
             "G = 6.674e-11 in place of the run's 6.67408e-11. An inference."
         )
-        j.number(f"kw4.{shape}.period", numbers.period, f"{printed.period:.4f}", why)
-        ours, asked, again = numbers.inclination_period, printed.inclination_period, numbers.inclination_return
+        j.number(f"kw4.{shape}.period", numbers.period, f"{said.period:.4f}", why)
+        ours, asked, again = numbers.inclination_period, said.inclination_period, numbers.inclination_return
         why = (
             f"{_ways(j)}No retrograde inclination of the orbit has the printed period (the least is "
             f"{j.facts.nodal[shape].least:.0f} h). The inclination to the xy-plane starts near its largest and is "
@@ -193,7 +194,7 @@ def _shapes(j: _Judge) -> None:
     apart = max(abs(getattr(two, name) / getattr(one, name) - 1) for name in ("a_min", "a_max", "a_mean"))
     j.claim("kw4.shape_a", f"{apart:.2%} at most", apart < 0.01)
     most, mean = two.e_max / one.e_max - 1, two.e_mean / one.e_mean - 1
-    largest = [printed.e_max for printed in paper.KW4.values()]
+    largest = [said.e_max for said in printed.YEAR.values()]
     why = f"What is negligible is not said; the printed largest differ by {largest[1] / largest[0] - 1:.0%} too."
     j.found["kw4.shape_e"] = (f"{mean:.0%} of its mean, {most:.0%} of its largest", "open", why)
     widths = [high - low for low, high in (one.spin_z, two.spin_z)]
@@ -213,8 +214,8 @@ def _orders(j: _Judge) -> None:
     j.claim("kw4.period_order", periods, two.period > one.period)
     why = "Section 4 and its own numbers say the opposite: a slip in the summary."
     j.claim("kw4.period_order_5", periods, one.period > two.period, why)
-    ours, printed = one.inclination_period / two.inclination_period, [p.inclination_period for p in paper.KW4.values()]
-    note = f"By {ours:.3f} here, {printed[0] / printed[1]:.3f} in print."
+    ours, said = one.inclination_period / two.inclination_period, [p.inclination_period for p in printed.YEAR.values()]
+    note = f"By {ours:.3f} here, {said[0] / said[1]:.3f} in print."
     both = f"{one.inclination_period:.0f} and {two.inclination_period:.0f} h"
     j.claim("kw4.inclination_order", both, ours > 1, note=note)
     ours = j.facts.rotation / j.facts.revolution
@@ -236,9 +237,9 @@ def _spin(j: _Judge) -> None:
         f"an hour. A year from there has another mean semi-major axis, {j.results.year_from_search.a_mean:.4f} km."
     )
     year, round_ = (j.results.year[shape] for shape in ("ellipsoid", "spheroid"))
-    for axis, printed in paper.KW4_SPIN.items():
+    for axis, said in printed.SPIN.items():
         ours = getattr(year, f"spin_{axis}")
-        equal = all(as_printed(o, f"{p:.2f}") == f"{p:.2f}" for o, p in zip(ours, printed, strict=True))
+        equal = all(as_printed(o, f"{p:.2f}") == f"{p:.2f}" for o, p in zip(ours, said, strict=True))
         text = f"[{ours[0]:.2f}, {ours[1]:.2f}]"
         j.found[f"kw4.spin_{axis}"] = (text, "equal", "") if equal else (text, "differs", why)
         why = "As for x."
@@ -276,7 +277,7 @@ def _states(j: _Judge) -> None:
 
 
 def _errors(j: _Judge) -> None:
-    limit = paper.KW4_ERRORS
+    limit = printed.ERRORS
     for shape, numbers in j.results.year.items():
         j.claim(f"kw4.{shape}.energy_error", f"{numbers.energy_step:.1e}", numbers.energy_step < limit["energy"])
     one, two = (j.results.year[shape].angular_momentum_step for shape in ("ellipsoid", "spheroid"))

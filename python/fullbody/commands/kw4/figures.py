@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import paper
-from ..plots._style import LINES, grid, legend, matplotlib
-from ..run import Run
-from . import kw4
-from ._drawing import SHAPES, figure, floor, largest, windows
+from ...plots._style import LINES, grid, legend, matplotlib
+from ...run import Run
+from . import printed, year
+from .drawing import SHAPES, figure, floor, largest, windows
 
 __all__ = ["all_figures"]
 
@@ -36,7 +35,7 @@ def elements(runs: dict[str, Run]) -> Any:
     from astropy import units as u
 
     drawn, axes = figure(3, 1, (7.0, 8.0), sharex=True)
-    width = _ORBITS * paper.KW4["ellipsoid"].period
+    width = _ORBITS * printed.YEAR["ellipsoid"].period
     # In a short run the oscillation itself can be seen.
     long = min(float(_hours(run)[-1]) for run in runs.values()) > 10 * width
     bands = []
@@ -52,7 +51,7 @@ def elements(runs: dict[str, Run]) -> Any:
             for edge in (low, high):
                 ax.plot(middle, edge, linewidth=1.3, color=style["color"], linestyle=style["linestyle"])
         thinned = run[::16] if long else run
-        axes[2, 0].plot(_hours(thinned), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
+        axes[2, 0].plot(_hours(thinned), year.inclination_to_first(thinned), linewidth=1.3, **style)
     for ax, label in zip(
         axes[:, 0],
         ("eccentricity (dimensionless)", "semi-major axis [km]", "inclination to the\nfirst orbit's plane [deg]"),
@@ -87,13 +86,13 @@ def beta_spin(runs: dict[str, Run]) -> Any:
     until = 0.0
     for shape, run in runs.items():
         hours = _hours(run)
-        until = max(until, min(paper.KW4_SPIN_HOURS, float(hours[-1])))
+        until = max(until, min(printed.SPIN_HOURS, float(hours[-1])))
         # One more, for the line to reach the edge.
         first = slice(0, int(np.searchsorted(hours, until)) + 1)
         spin = run.spin[first, 1].to_value(u.rad / u.s) * 1e5
         for ax, component in zip(axes[:, 0], spin.T, strict=True):
             ax.plot(hours[first], component, linewidth=1.1, **SHAPES[shape])
-    for ax, (axis, (low, high)) in zip(axes[:, 0], paper.KW4_SPIN.items(), strict=True):
+    for ax, (axis, (low, high)) in zip(axes[:, 0], printed.SPIN.items(), strict=True):
         ax.axhspan(low, high, color="0.88", zorder=0, linewidth=0, label="range that the paper prints (ellipsoids)")
         ax.set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
     legend(axes[0, 0])
@@ -118,13 +117,13 @@ def errors(runs: dict[str, Run]) -> Any:
             label = f"{style['label']}, {name}"
             axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
     run = runs["ellipsoid"]
-    hours, places = _hours(run), kw4.momentum_of_places(run)
+    hours, places = _hours(run), year.momentum_of_places(run)
     step = np.diff(places, axis=0) / places[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
     for k, (drift, name) in enumerate(
         (
-            (kw4.drift(places), "r x m v of the bodies' places"),
+            (year.drift(places), "r x m v of the bodies' places"),
             (run.angular_momentum_drift, "the barycentre's part kept apart"),
         )
     ):

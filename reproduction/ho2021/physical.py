@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from fullbody import systems
+from fullbody.elements import KeplerElements
+from fullbody.pair import Component, binary
+from fullbody.run import Run
+from fullbody.state import State
 
-from .. import systems
-from ..elements import KeplerElements
-from ..pair import Component, binary
-from ..run import Run
-from ..state import State
 from . import starts
 
 __all__ = ["FLAT", "HOURS", "PAPER", "TURNED", "Motion", "motions", "states"]
@@ -130,7 +130,7 @@ def _excited(system: Any, state: State) -> State:
 
 def motions() -> list[Motion]:
     """Run all states and measure them."""
-    from ..observables import libration, obliquity
+    from fullbody.observables import libration, obliquity
 
     found = []
     for name, (begins, system, state) in states().items():

@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4 import year as kw4
+from fullbody.run import Run
 
-from .. import paper
-from ..run import Run
-from . import cases, kw4, physical, starts
+from . import cases, paper, physical, starts
 from .captions import CAPTIONS
 from .cases import CaseNumbers
 from .cases import Motion as MotionAlongZ
@@ -36,7 +37,7 @@ class _Effort:
         179.0,
     )
     late: float = paper.CASES_LATE
-    agreement: float = paper.KW4_YEAR
+    agreement: float = printed.YEAR_HOURS
 
 
 _DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1, 179.0), late=250.0, agreement=0.0)
@@ -94,10 +95,10 @@ def _compute(effort: _Effort, stage: Any) -> Results:
     stage("motion along z by arithmetic")
     z_motion, late = cases.z_motion(effort.late)
     stage("1999 KW4, surface integrals")
-    years = {shape: kw4.year(shape, "surface") for shape in kw4.SHAPES}
+    years = {shape: kw4.run_year(shape, "surface") for shape in kw4.SHAPES}
     stage("1999 KW4, focal rule")
-    focal: dict[str, kw4.Numbers] = {shape: kw4.measure(*kw4.year(shape, "focal")) for shape in kw4.SHAPES}
-    printed: dict[str, kw4.Numbers] = {shape: kw4.with_printed_axes(shape) for shape in kw4.SHAPES}
+    focal: dict[str, kw4.Numbers] = {shape: kw4.measure(*kw4.run_year(shape, "focal")) for shape in kw4.SHAPES}
+    printed: dict[str, kw4.Numbers] = {shape: starts.with_printed_axes(shape) for shape in kw4.SHAPES}
     stage("six ways to compute")
     agreement = starts.agreement(effort.agreement)
     stage("starts that give the printed spin")
@@ -132,7 +133,7 @@ def _compute(effort: _Effort, stage: Any) -> Results:
 
 def as_numbers(results: Results) -> dict[str, Any]:
     """Everything but the runs."""
-    from .. import __version__
+    from fullbody import __version__
 
     return {
         "program": f"fullbody {__version__}",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._files import replacing
+from ..._files import replacing
 
 __all__ = ["plain", "write_numbers"]
 

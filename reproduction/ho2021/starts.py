@@ -9,11 +9,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from fullbody import systems
+from fullbody.bodies import Body, Ellipsoid
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4 import year as kw4
+from fullbody.integrators import SymplecticSplitting, Verner98
+from fullbody.state import State
+from fullbody.system import System
 
-from .. import paper, systems
-from ..integrators import SymplecticSplitting, Verner98
-from ..state import State
-from . import kw4
+from . import paper
 
 __all__ = [
     "NODAL_HOURS",
@@ -32,7 +36,7 @@ __all__ = [
 _Array = npt.NDArray[np.float64]
 
 #: The printed ranges, 1e-5 rad/s, (3, 2).
-PRINTED = np.array([paper.KW4_SPIN[axis] for axis in "xyz"])
+PRINTED = np.array([printed.SPIN[axis] for axis in "xyz"])
 #: Scans and the search need four digits only.
 _COARSE = Verner98(1e-10, 1e-10)
 #: Length of the runs that the node's period is taken from: about three rounds.
@@ -132,7 +136,7 @@ class Agreement:
 
 def start(state: State, mu: float, attitude: Any = None, spin: float | None = None, **elements: float) -> State:
     """The paper's start with another attitude or spin of Beta, or other elements of the orbit (angles in degrees)."""
-    from ..elements import KeplerElements
+    from fullbody.elements import KeplerElements
 
     changes: dict[str, Any] = {}
     if attitude is not None:
@@ -280,10 +284,20 @@ def year_from(angles: tuple[float, float, float] | None = None, anomaly: float |
         position=moved.position * state.position.unit,
         velocity=moved.velocity * state.velocity.unit,
     )
-    return kw4.measure(system.integrate(moved, paper.KW4_YEAR, integrator=Verner98(1e-12, 1e-12)))
+    return kw4.measure(system.integrate(moved, printed.YEAR_HOURS, integrator=Verner98(1e-12, 1e-12)))
 
 
-def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
+def with_printed_axes(shape: Any) -> kw4.Numbers:
+    """A year from the semi-axes as Table 2 prints them, by the focal rule."""
+    system, state = systems.kw4_ho2021(shape, units=True)
+    bodies = [
+        Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=body.mass, name=body.name)
+        for body, (a, b, c) in zip(system.bodies, paper.KW4_AXES, strict=True)
+    ]
+    return kw4.measure(System(bodies, G=system.G, units=system.units).integrate(state, printed.YEAR_HOURS))
+
+
+def agreement(until: float = printed.YEAR_HOURS) -> list[Agreement]:
     """Both quantities by two methods of gravity, two kinds of integrator and two charts of the attitudes.
 
     Ctrl-C takes effect when the runs under way have ended.
@@ -303,7 +317,7 @@ def agreement(until: float = paper.KW4_YEAR) -> list[Agreement]:
         system, state = systems.kw4_ho2021(gravity=gravity, attitude_chart=chart)
         ranges = kw4.spin_range(system, state, integrator)
         period = float("nan")
-        if until > paper.KW4_SPIN_HOURS:
+        if until > printed.SPIN_HOURS:
             run = system.integrate(state, until, output=1.0, integrator=integrator)
             period = kw4.between_maxima(run.time, kw4.inclination_to_first(run))
         return Agreement(gravity, name, chart, ranges, period)

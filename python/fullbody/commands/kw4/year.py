@@ -9,9 +9,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .. import paper, systems
-from ..integrators import Integrator, Verner98
-from ..run import Run
+from ... import systems
+from ...integrators import Integrator, Verner98
+from ...run import Run
+from . import printed
 
 __all__ = [
     "METHODS",
@@ -22,10 +23,9 @@ __all__ = [
     "inclination_to_first",
     "measure",
     "momentum_of_places",
+    "run_year",
     "slow_maxima",
     "spin_range",
-    "with_printed_axes",
-    "year",
 ]
 
 _Array = npt.NDArray[np.float64]
@@ -66,10 +66,10 @@ class Numbers:
     cpu_seconds: float
 
 
-def year(
+def run_year(
     shape: Literal["ellipsoid", "spheroid"],
     method: str,
-    until: float = paper.KW4_YEAR,
+    until: float = printed.YEAR_HOURS,
     *,
     integrator: Integrator | None = None,
     progress: Any = False,
@@ -145,22 +145,9 @@ def _masses_and_inertias(run: Run) -> list[tuple[float, _Array]]:
 
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> _Array:
     """Range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
-    run = system.integrate(state, paper.KW4_SPIN_HOURS, output=spacing, integrator=integrator)
+    run = system.integrate(state, printed.SPIN_HOURS, output=spacing, integrator=integrator)
     spin = np.asarray(getattr(run.spin, "value", run.spin))[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
-
-
-def with_printed_axes(shape: Literal["ellipsoid", "spheroid"]) -> Numbers:
-    """A year from the semi-axes as Table 2 prints them, by the focal rule."""
-    from ..bodies import Body, Ellipsoid
-    from ..system import System
-
-    system, state = systems.kw4_ho2021(shape, units=True)
-    bodies = [
-        Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=body.mass, name=body.name)
-        for body, (a, b, c) in zip(system.bodies, paper.KW4_AXES, strict=True)
-    ]
-    return measure(System(bodies, G=system.G, units=system.units).integrate(state, paper.KW4_YEAR))
 
 
 def _mean(hours: _Array, values: Any) -> float:

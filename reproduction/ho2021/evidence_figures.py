@@ -6,11 +6,13 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from fullbody import systems
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4 import year as kw4
+from fullbody.commands.kw4.drawing import SHAPES, broken, figure
+from fullbody.plots._style import LINES, grid, legend, matplotlib
 
-from .. import paper, systems
-from ..plots._style import LINES, grid, legend, matplotlib
-from . import cases, kw4
-from ._drawing import SHAPES, broken, figure
+from . import cases, paper
 
 if TYPE_CHECKING:
     from .results import Results
@@ -78,12 +80,12 @@ def spin_starts(results: Results) -> Any:
     columns = len(results.scans)
     drawn, axes = figure(4, columns, (0.5 + 3.1 * columns, 9.5), sharex="col", sharey="row")
     for column, scan in enumerate(results.scans):
-        for row, (axis, printed) in enumerate(paper.KW4_SPIN.items()):
+        for row, (axis, limits) in enumerate(printed.SPIN.items()):
             ax = axes[row, column]
             low, high = scan.ranges[:, row].T
             ax.fill_between(scan.values, low, high, color=LINES[0]["color"], alpha=0.25, linewidth=0)
             ax.plot(scan.values, low, scan.values, high, linewidth=1.2, **LINES[0])
-            for value in printed:
+            for value in limits:
                 ax.axhline(value, color="0.1", **_PRINTED)
             axes[row, 0].set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
         ax = axes[3, column]
@@ -98,7 +100,7 @@ def spin_starts(results: Results) -> Any:
             ax.axvline(scan.start, color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
     axes[3, 0].set_ylabel("largest difference from\nthe printed [$10^{-5}$ rad/s]")
     drawn.suptitle(
-        f"Beta's spin by start. Bands: range over {paper.KW4_SPIN_HOURS:g} h; dashed: printed; dotted: paper's start"
+        f"Beta's spin by start. Bands: range over {printed.SPIN_HOURS:g} h; dashed: printed; dotted: paper's start"
     )
     drawn.get_layout_engine().set(w_pad=0.08)
     return drawn
@@ -120,15 +122,15 @@ def inclination(results: Results) -> Any:
         # The node of a polar orbit hardly moves.
         by.plot(*broken(inclinations, periods, _POLAR), linewidth=1.5, marker=".", markersize=4.0, **style)
         by.vlines(inclinations, periods, longer, color=style["color"], linewidth=3.0, alpha=0.5)
-        printed = paper.KW4[shape].inclination_period
-        own.axvline(printed, color=style["color"], **_PRINTED)
+        period = printed.YEAR[shape].inclination_period
+        own.axvline(period, color=style["color"], **_PRINTED)
         side, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)
         where = {"xycoords": own.get_xaxis_transform(), "xytext": (shift, 0), "textcoords": "offset points", "ha": side}
-        own.annotate(f"{printed:.0f} h", (printed, 0.04), **where, **_NOTE)
-        by.axhline(printed, color=style["color"], **_PRINTED)
-        note = f"printed, {shape}s: {printed:.0f} h"
+        own.annotate(f"{period:.0f} h", (period, 0.04), **where, **_NOTE)
+        by.axhline(period, color=style["color"], **_PRINTED)
+        note = f"printed, {shape}s: {period:.0f} h"
         place, side = _free(inclinations)
-        by.annotate(note, (place, printed), (2, 2), textcoords="offset points", ha=side, va="bottom", **_NOTE)
+        by.annotate(note, (place, period), (2, 2), textcoords="offset points", ha=side, va="bottom", **_NOTE)
     start = systems.ho2021.KW4_SKY["i"]
     by.axvline(start, color="0.4", linewidth=1.0)
     first.set_ylabel("inclination to the\nfirst orbit's plane [deg]")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from .. import paper, systems
-from . import kw4
+from fullbody import systems
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4 import year as kw4
 
 if TYPE_CHECKING:
     from .results import Results
@@ -138,13 +138,13 @@ def facts(results: Results) -> Facts:
         theta=_theta(results),
         equator=180.0 - _tilt(state, 1),
         momentum_growth=_momentum_growth(results.year_runs["ellipsoid"]),
-        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * paper.KW4_YEAR),
+        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * printed.YEAR_HOURS),
         period_power=math.log(two.period / one.period) / math.log(two.a_mean / one.a_mean),
         sine=math.sin(math.pi / 4) / math.sin(math.pi / 16),
         rounded_g={shape: numbers.period / math.sqrt(_ROUNDED_G) for shape, numbers in results.year.items()},
         energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
         retrograde=_tilt(state, 0),
-        nodal={shape: _nodal(results.nodal[shape], paper.KW4[shape].inclination_period) for shape in results.nodal},
+        nodal={shape: _nodal(results.nodal[shape], printed.YEAR[shape].inclination_period) for shape in results.nodal},
         scanned=" and ".join(
             f"{side.min():.0f} to {side.max():.0f}" if len(side) > 1 else f"{side[0]:.0f}" for side in sides
         ),

@@ -8,13 +8,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .. import paper
-from .._files import replacing
-from .._units import need
-from ..errors import InvalidInput
+from fullbody._files import replacing
+from fullbody._units import need
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4.numbers import write_numbers
+from fullbody.errors import InvalidInput
+
+from . import paper
 from .captions import CAPTIONS
 from .facts import facts
-from .numbers import write_numbers
 from .results import Results, as_numbers, compute, counts
 from .starts import NODAL_HOURS
 from .verdicts import Verdict
@@ -62,11 +64,13 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
 
     Examples
     --------
-    >>> from fullbody.reproduce import write_report
+    >>> from reproduction.ho2021 import write_report
     >>> report = write_report("out/reproduce")  # doctest: +SKIP
     >>> [verdict.quantity for verdict in report.verdicts if verdict.verdict == "differs"]  # doctest: +SKIP
     """
-    from . import case_figures, evidence_figures, kw4_figures
+    from fullbody.commands.kw4 import figures as kw4_figures
+
+    from . import case_figures, evidence_figures
 
     # What is missing is said before the work, not after it.
     for extra, module in (("report", "jinja2"), ("plot", "matplotlib"), ("analysis", "scipy"), ("units", "astropy")):
@@ -103,16 +107,15 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
 
 def render(results: Results, figures: Path) -> str:
     """The page, with the figures from a folder inside it."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-
-    from .. import __version__
+    from fullbody import __version__
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
     def picture(name: str) -> str:
         data = base64.b64encode((figures / f"{name}.png").read_bytes()).decode("ascii")
         return f"data:image/png;base64,{data}"
 
     environment = Environment(
-        loader=PackageLoader("fullbody.reproduce", "templates"),
+        loader=FileSystemLoader(Path(__file__).parent),
         autoescape=select_autoescape(),
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -124,6 +127,7 @@ def render(results: Results, figures: Path) -> str:
     return template.render(
         r=results,
         paper=paper,
+        printed=printed,
         picture=picture,
         captions=CAPTIONS,
         n=facts(results),
