@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
         for suffix in (".png", ".pdf"):
             with replacing(out / f"{name}{suffix}") as path:
                 figure.savefig(path, dpi=150)
-    write_numbers(out / "numbers.json", {s: {m: asdict(n) for m, n in by.items()} for s, by in numbers.items()})
+    write_numbers(out / "numbers.json", numbers)
     print(f"\nFigures, runs (every {_KEPT}th step) and numbers.json are in {out}/")
     return 0
 
