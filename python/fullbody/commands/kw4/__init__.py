@@ -14,7 +14,7 @@ from ...plots._style import matplotlib
 from ...run import Run
 from . import printed
 from .numbers import write_numbers
-from .year import METHODS, SHAPES, Numbers, measure, run_year
+from .year import METHODS, SHAPES, Numbers, Shape, measure, run_year
 
 __all__ = ["register", "table"]
 
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     methods = METHODS if arguments.gravity == "both" else (arguments.gravity,)
     integrator = Verner98(arguments.rtol, arguments.rtol)
     numbers: dict[str, dict[str, Numbers]] = {}
-    runs: dict[str, Run] = {}
+    runs: dict[Shape, Run] = {}
     for shape in SHAPES:
         numbers[shape] = {}
         for method in methods:

@@ -19,12 +19,12 @@ _ORBITS = 5
 _WINDOW = 100.0
 
 
-def all_figures(runs: dict[str, Run]) -> dict[str, Any]:
+def all_figures(runs: dict[year.Shape, Run]) -> dict[str, Any]:
     """The three figures by name."""
     return {"elements": elements(runs), "beta_spin": beta_spin(runs), "errors": errors(runs)}
 
 
-def elements(runs: dict[str, Run]) -> Any:
+def elements(runs: dict[year.Shape, Run]) -> Any:
     """Eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
     drawn, axes = figure(3, 1, (7.0, 8.0), sharex=True)
     width = _ORBITS * printed.YEAR["ellipsoid"].period
@@ -70,7 +70,7 @@ def _inside(shape: str) -> dict[str, Any]:
     return {"facecolor": "none", "edgecolor": colour, "hatch": "////", "linewidth": 0.0}
 
 
-def beta_spin(runs: dict[str, Run]) -> Any:
+def beta_spin(runs: dict[year.Shape, Run]) -> Any:
     """Beta's angular velocity in its own frame over the first 200 hours."""
     drawn, axes = figure(3, 1, (7.0, 6.5), sharex=True)
     until = 0.0
@@ -92,7 +92,7 @@ def beta_spin(runs: dict[str, Run]) -> Any:
     return drawn
 
 
-def errors(runs: dict[str, Run]) -> Any:
+def errors(runs: dict[year.Shape, Run]) -> Any:
     """Errors of the energy and of the angular momentum: from step to step, as in the paper, and from the start."""
     drawn, axes = figure(2, 2, (10.0, 7.0), sharex=True)
     end = max(float(year.plain(run.time)[-1]) for run in runs.values())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ __all__ = [
     "METHODS",
     "SHAPES",
     "Numbers",
+    "Shape",
     "between_maxima",
     "drift",
     "inclination_to_first",
@@ -31,7 +32,8 @@ __all__ = [
 
 _Array = npt.NDArray[np.float64]
 
-SHAPES: tuple[Literal["ellipsoid", "spheroid"], ...] = ("ellipsoid", "spheroid")
+Shape = Literal["ellipsoid", "spheroid"]
+SHAPES: tuple[Shape, ...] = get_args(Shape)
 METHODS = ("surface", "focal")
 
 
@@ -41,8 +43,8 @@ class Numbers:
 
     ``inclination_period`` is between maxima of the inclination to the first orbit's plane, ``inclination_return`` the
     time at which the inclination to the xy-plane is largest again. ``_step`` are errors from step to step as the paper
-    takes them, ``_drift`` from the start; the angular momentum's by component and relative to its length. ``_places``
-    are those of :func:`momentum_of_places`, of which the paper's step-to-step errors are taken too.
+    takes them, of the angular momentum those of :func:`momentum_of_places` by component; ``_drift`` are errors from the
+    start.
     """
 
     e_max: float
@@ -60,7 +62,6 @@ class Numbers:
     energy_drift: float
     energy_drift_orbital: float
     angular_momentum_step: float
-    angular_momentum_drift_places: float
     angular_momentum_drift: float
     steps: int
     evaluations: int
@@ -68,7 +69,7 @@ class Numbers:
 
 
 def run_year(
-    shape: Literal["ellipsoid", "spheroid"],
+    shape: Shape,
     method: str,
     until: float = printed.YEAR_HOURS,
     *,
@@ -111,7 +112,6 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
         energy_drift=float(np.max(np.abs(run.energy_drift))),
         energy_drift_orbital=float(np.max(np.abs(run.energy_drift_orbital))),
         angular_momentum_step=float(np.max(np.abs(np.diff(momentum, axis=0) / momentum[:-1]))),
-        angular_momentum_drift_places=float(np.max(drift(momentum))),
         angular_momentum_drift=float(np.max(run.angular_momentum_drift)),
         steps=run.statistics.steps,
         evaluations=run.statistics.evaluations,
