@@ -9,8 +9,8 @@ from pathlib import Path
 
 from fullbody.errors import FullbodyError
 
-from . import write_report
-from .results import counts
+from .judging import counts
+from .page import write_report
 
 __all__ = ["main"]
 
@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         width = max(len(verdict.quantity) for verdict in report.verdicts)
         for verdict in report.verdicts:
             print(f"{verdict.verdict:<8}{verdict.quantity:<{width}}  {verdict.printed}  |  {verdict.ours}")
-        print(", ".join(f"{number} {word}" for word, number in counts(list(report.verdicts))))
+        print(", ".join(f"{number} {word}" for word, number in counts(report.verdicts).items()))
         print(f"The report is {report.page}")
     return 0
 

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from fullbody import Run, __version__, systems
 from fullbody.commands.kw4 import printed
 from fullbody.commands.kw4 import year as kw4
-from fullbody.run import Run
+from tqdm.auto import tqdm
 
-from . import cases, paper, physical, starts
-from .captions import CAPTIONS
-from .cases import CaseNumbers
-from .cases import Motion as MotionAlongZ
-from .verdicts import WORDS, Verdict, judge
+from . import cases, orientations, paper, physical, spin, symmetry, years
 
-__all__ = ["Results", "as_numbers", "compute", "counts"]
+__all__ = ["Results", "Runs", "as_numbers", "compute"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +21,8 @@ class _Effort:
     """Steps of a scan to either side, orientations tried and refined, inclinations, lengths of the long runs."""
 
     scan: int = 18
-    tried: int = 512
-    refined: int = 8
+    tried: int = 2048
+    refined: int = 24
     inclinations: tuple[float, ...] = (
         *np.linspace(5.0, 60.0, 12),
         *np.linspace(120.0, 150.0, 6),
@@ -37,134 +33,130 @@ class _Effort:
         179.0,
     )
     late: float = paper.CASES_LATE
-    agreement: float = printed.YEAR_HOURS
+    ways: float = printed.YEAR_HOURS
 
 
-_DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1, 179.0), late=250.0, agreement=0.0)
+_DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1, 179.0), late=250.0, ways=0.0)
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """The runs that are drawn: of the cases by number, with every step and finely; of the year; of the states."""
+
+    cases: dict[int, Run]
+    fine: dict[int, Run]
+    year: dict[kw4.Shape, Run]
+    physical: dict[str, Run]
+
+
+@dataclass(frozen=True, slots=True)
 class Results:
-    """All that was computed, in numbers and in runs."""
+    """All that was computed; angles in degrees, lengths in km, times of 1999 KW4 in hours."""
 
-    cases: dict[int, CaseNumbers]
-    case_runs: dict[int, Run]
-    case_fine: dict[int, Run]
+    draft: bool
+    cases: dict[int, cases.CaseNumbers]
+    #: Of case 2's spins about x and y, by the tilt in place of pi/32.
     growth: dict[str, float]
+    #: How far case 2's orbits are from coplanar ones, relative to their distance from the centre.
     from_coplanar: float
-    late_separation: tuple[tuple[float, float], tuple[float, float]]
-    z_motion: dict[str, MotionAlongZ]
-    year: dict[str, kw4.Numbers]
-    year_focal: dict[str, kw4.Numbers]
-    year_printed_axes: dict[str, kw4.Numbers]
-    year_runs: dict[str, Run]
-    agreement: list[starts.Agreement]
-    scans: list[starts.Scan]
-    search: starts.Search
-    year_from_search: kw4.Numbers
-    year_from_anomaly: kw4.Numbers
-    nodal: dict[str, Any]
-    physical: list[physical.Motion]
-    draft: bool = False
-    verdicts: list[Verdict] = field(default_factory=list)
+    #: Range of case 1's separation until t = 200, and in the last 200 of the long run.
+    separation: tuple[tuple[float, float], tuple[float, float]]
+    #: By kind of arithmetic, until ``late``.
+    z_motion: dict[str, symmetry.Motion]
+    late: float
+    #: By how it was run (``surface`` and ``focal`` gravity, ``printed_axes``, ``other_g``) and by shape.
+    year: dict[str, dict[kw4.Shape, kw4.Numbers]]
+    #: Largest abs(theta) by run: where the paper's angles come nearest to their pole.
+    theta: dict[str, float]
+    #: Total over orbital energy of the year.
+    energy_ratio: float
+    #: Change of the ellipsoids' angular momentum since the start, relative, medians of the year's first and last
+    #: quarter: from the bodies' ``places``, and with the barycentre's part kept ``apart``.
+    momentum: dict[str, tuple[float, float]]
+    #: How far the barycentre goes in the year.
+    travelled: float
+    ways: list[years.Way]
+    scans: list[spin.Scan]
+    search: orientations.Search
+    readings: list[spin.Reading]
+    nodal: dict[kw4.Shape, years.Nodal]
+    physical: dict[str, physical.Motion]
+    runs: Runs
 
 
 def compute(*, draft: bool = False, progress: bool = False) -> Results:
-    """All runs, and the verdicts."""
-    from tqdm.auto import tqdm
-
-    with tqdm(total=_STAGES, disable=not progress, unit="stage") as bar:
+    """Run everything."""
+    effort = _DRAFT if draft else _Effort()
+    with tqdm(total=8, disable=not progress, unit="stage") as bar:
 
         def stage(name: str) -> None:
             bar.set_description(name)
             bar.update()
 
-        results = _compute(_DRAFT if draft else _Effort(), stage)
-    results.draft = draft
-    results.verdicts = judge(results)
-    return results
-
-
-_STAGES = 8
-
-
-def _compute(effort: _Effort, stage: Any) -> Results:
-    stage("cases 1 and 2")
-    runs = {number: cases.case(number) for number in (1, 2)}
-    drawn = {number: cases.fine(run) for number, (run, _) in runs.items()}
-    stage("motion along z by arithmetic")
-    z_motion, late = cases.z_motion(effort.late)
-    stage("1999 KW4, surface integrals")
-    years = {shape: kw4.run_year(shape, "surface") for shape in kw4.SHAPES}
-    stage("1999 KW4, focal rule")
-    focal: dict[str, kw4.Numbers] = {shape: kw4.measure(*kw4.run_year(shape, "focal")) for shape in kw4.SHAPES}
-    printed: dict[str, kw4.Numbers] = {shape: starts.with_printed_axes(shape) for shape in kw4.SHAPES}
-    stage("six ways to compute")
-    agreement = starts.agreement(effort.agreement)
-    stage("starts that give the printed spin")
-    scans = [starts.scan(name, effort.scan) for name in starts.SCANS]
-    search = starts.search(scans, effort.tried, effort.refined)
-    anomaly = next(scan for scan in scans if scan.name == "mean anomaly").best[0]
-    stage("inclinations of the orbit")
-    slopes = np.array(effort.inclinations)
-    nodal: dict[str, Any] = {shape: np.stack([slopes, *starts.nodal_period(shape, slopes)]) for shape in kw4.SHAPES}
-    stage("the physical 1999 KW4")
+        stage("cases 1 and 2")
+        timed = {number: cases.case(number) for number in (1, 2)}
+        whole = {number: run for number, (run, _) in timed.items()}
+        fine = {number: cases.fine(run) for number, run in whole.items()}
+        stage("motion along z by arithmetic")
+        z_motion, late = symmetry.z_motion(effort.late)
+        stage("the year by surface integrals")
+        surface = {shape: kw4.run_year(shape, "surface") for shape in kw4.SHAPES}
+        year = {shape: run for shape, (run, _) in surface.items()}
+        stage("the year otherwise")
+        numbers = {
+            "surface": {shape: kw4.measure(*run) for shape, run in surface.items()},
+            "focal": {shape: kw4.measure(*kw4.run_year(shape, "focal")) for shape in kw4.SHAPES},
+            "printed_axes": {shape: years.with_printed_axes(shape) for shape in kw4.SHAPES},
+            "other_g": {shape: years.with_g(shape, years.G_HELP) for shape in kw4.SHAPES},
+        }
+        stage("six ways to compute")
+        ways = years.six_ways(effort.ways)
+        stage("starts that give the printed spin")
+        scans = [spin.scan(name, effort.scan) for name in spin.FAMILIES]
+        search = orientations.search(scans, effort.tried, effort.refined)
+        readings = spin.readings(search.minima[0].angles)
+        stage("inclinations of the orbit")
+        nodal = {shape: years.nodal(shape, np.array(effort.inclinations)) for shape in kw4.SHAPES}
+        stage("the physical 1999 KW4")
+        motions, physical_runs = physical.motions()
+    turned = {f"case {number}": run for number, run in fine.items()}
+    turned |= {f"1999 KW4, {shape}s": run for shape, run in year.items()}
+    system, state = systems.kw4_ho2021()
+    energy = system.energy(state)
     return Results(
-        cases={number: cases.measure(run, drawn[number], seconds) for number, (run, seconds) in runs.items()},
-        case_runs={number: run for number, (run, _) in runs.items()},
-        case_fine=drawn,
+        draft=draft,
+        cases={number: cases.measure(run, fine[number], seconds) for number, (run, seconds) in timed.items()},
         growth={"pi/16": cases.growth(np.pi / 16), "pi/8": cases.growth(np.pi / 8)},
         from_coplanar=cases.from_coplanar(),
-        late_separation=cases.late_separation(late),
+        separation=symmetry.late_separation(late),
         z_motion=z_motion,
-        year={shape: kw4.measure(*year) for shape, year in years.items()},
-        year_focal=focal,
-        year_printed_axes=printed,
-        year_runs={shape: run for shape, (run, _) in years.items()},
-        agreement=agreement,
+        late=effort.late,
+        year=numbers,
+        theta={name: float(np.rad2deg(np.abs(cases.angles(run)[..., 1]).max())) for name, run in turned.items()},
+        energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
+        momentum=_momentum(year["ellipsoid"]),
+        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * printed.YEAR_HOURS),
+        ways=ways,
         scans=scans,
         search=search,
-        year_from_search=starts.year_from(angles=search.minima[0].angles),
-        year_from_anomaly=starts.year_from(anomaly=anomaly),
+        readings=readings,
         nodal=nodal,
-        physical=physical.motions(),
+        physical=motions,
+        runs=Runs(whole, fine, year, physical_runs),
     )
+
+
+def _momentum(run: Run) -> dict[str, tuple[float, float]]:
+    """Medians of the first and the last quarter of the drift of the angular momentum."""
+    drifts = {"places": kw4.drift(kw4.momentum_of_places(run)), "apart": run.angular_momentum_drift}
+    quarter = len(run) // 4
+    return {name: (float(np.median(d[:quarter])), float(np.median(d[-quarter:]))) for name, d in drifts.items()}
 
 
 def as_numbers(results: Results) -> dict[str, Any]:
     """Everything but the runs."""
-    from fullbody import __version__
-
     return {
         "program": f"fullbody {__version__}",
         "paper": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
-        "draft": results.draft,
-        "figures": CAPTIONS,
-        "verdicts": [asdict(verdict) for verdict in results.verdicts],
-        "cases": {f"case{number}": asdict(numbers) for number, numbers in results.cases.items()},
-        "case2_growth_by_theta_0": results.growth,
-        "case2_from_coplanar": results.from_coplanar,
-        "case1_separation": {"first": results.late_separation[0], "last": results.late_separation[1]},
-        "case1_z_motion": {name: asdict(motion) for name, motion in results.z_motion.items()},
-        "kw4": {
-            "surface": {shape: asdict(numbers) for shape, numbers in results.year.items()},
-            "focal": {shape: asdict(numbers) for shape, numbers in results.year_focal.items()},
-            "printed_axes": {shape: asdict(numbers) for shape, numbers in results.year_printed_axes.items()},
-        },
-        "agreement": [asdict(way) for way in results.agreement],
-        "spin_scans": [{**asdict(scan), "misfit": scan.misfit} for scan in results.scans],
-        "spin_search": asdict(results.search),
-        "kw4_from_spin_search": asdict(results.year_from_search),
-        "kw4_from_mean_anomaly": asdict(results.year_from_anomaly),
-        "nodal_period_by_inclination": results.nodal,
-        "physical": [
-            {name: getattr(motion, name) for name in ("name", "start", "e", "a", "libration", "spin", "pole")}
-            for motion in results.physical
-        ],
+        **{field.name: getattr(results, field.name) for field in fields(results) if field.name != "runs"},
     }
-
-
-def counts(verdicts: list[Verdict]) -> Iterator[tuple[str, int]]:
-    """How many verdicts of each kind."""
-    for word in WORDS:
-        yield word, sum(verdict.verdict == word for verdict in verdicts)
