@@ -8,7 +8,7 @@ PYTHON ?= python3
 REPORT ?= out/reproduce
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # Of the report, which draws and measures with all of the package.
-SOURCES := $(shell find python/fullbody -type f -not -name '*.so' -not -path '*/__pycache__/*')
+SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 export PATH := $(CURDIR)/$(BIN):$(PATH)
@@ -51,15 +51,15 @@ check: $(VENV)/.dev  ## formats, lints, types, stubs
 	cargo fmt --check
 	cargo clippy --no-default-features --all-targets -- -D warnings
 	cargo clippy --features python -- -D warnings
-	$(BIN)/ruff format --check python tests benches
-	$(BIN)/ruff check python tests benches
+	$(BIN)/ruff format --check python reproduction tests benches
+	$(BIN)/ruff check python reproduction tests benches
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything
 	cargo fmt
-	$(BIN)/ruff format python tests benches
-	$(BIN)/ruff check --fix python tests benches
+	$(BIN)/ruff format python reproduction tests benches
+	$(BIN)/ruff check --fix python reproduction tests benches
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
@@ -69,8 +69,8 @@ film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.g
 
 reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reproduce/
 
-$(REPORT)/numbers.json: $(VENV)/.built $(SOURCES)
-	$(BIN)/python -m fullbody reproduce --out $(REPORT)
+$(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
+	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
 bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, import
 	cargo bench --no-default-features --bench interaction
@@ -81,5 +81,5 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 
 clean:  ## removes what was built
 	rm -rf target $(VENV) out dist docs/_extra docs/notebooks
-	find python tests -name '__pycache__' -prune -exec rm -rf {} +
+	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so

@@ -22,11 +22,11 @@ author = "The fullbody developers"
 project_copyright = "the fullbody developers"
 release = metadata.version("fullbody")
 
-# Where `fullbody reproduce` wrote its report, from the project's folder; the page report.md reads it.
+# Where `make reproduce` wrote its report, from the project's folder; the page report.md reads it.
 REPORT = (ROOT / os.environ.get("FULLBODY_REPORT", "out/reproduce")).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
 if not (REPORT / "numbers.json").is_file():
-    raise ConfigError(f"no numbers.json in {REPORT}; `make docs` has `fullbody reproduce` make it")
+    raise ConfigError(f"no numbers.json in {REPORT}; `make reproduce` writes it")
 
 
 def stage() -> None:

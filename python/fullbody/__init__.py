@@ -50,9 +50,7 @@ from .track import Track
 
 if _typing.TYPE_CHECKING:
     from . import cli as cli
-    from . import paper as paper
     from . import plots, view
-    from . import reproduce as reproduce
 
     __version__: str
 else:
@@ -63,8 +61,8 @@ else:
             from importlib.metadata import version
 
             return version("fullbody")
-        # Not every run is drawn or reported.
-        if name in ("cli", "paper", "plots", "reproduce", "view"):
+        # Not every run is drawn.
+        if name in ("cli", "plots", "view"):
             from importlib import import_module
 
             return import_module(f".{name}", __name__)

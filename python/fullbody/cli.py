@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from . import __version__
-from .commands import info, kw4, reproduce, run
+from .commands import info, kw4, run
 from .errors import FullbodyError
 
 __all__ = ["build_parser", "main"]
@@ -20,7 +20,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"fullbody {__version__}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, info, kw4, reproduce):
+    for command in (run, info, kw4):
         command.register(subparsers)
     return parser
 

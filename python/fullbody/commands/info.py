@@ -20,8 +20,8 @@ def register(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "info",
         help="what a recorded run or a system.toml holds",
-        description="Print what a recorded run (NetCDF) or a system.toml holds. Files that cannot be read are named, "
-        "the others shown.",
+        description="Print what a recorded run (NetCDF) or a system.toml holds. A file that cannot be read is named; "
+        "the others are shown.",
     )
     parser.add_argument("files", nargs="+", metavar="file", type=Path)
     parser.set_defaults(run=run)
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             text = of_toml(path) if path.suffix.lower() == ".toml" else of_run(path)
         except (FullbodyError, ImportError, OSError) as error:
-            # In order also where both streams go to one place.
+            # Both streams may go to one place, where the order is to be kept.
             sys.stdout.flush()
             print(f"fullbody: {error}", file=sys.stderr)
             failed += 1

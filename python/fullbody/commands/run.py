@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     setup = read_toml(arguments.file)
     out = setup.file if arguments.out is None else arguments.out
     rest = out.with_suffix(f".partial{out.suffix}")
-    # All that could refuse the result is asked before the work, not after it.
+    # Whatever could refuse the result is checked before the work, not after it.
     for path, suffixes in ((out, SUFFIXES), (rest, SUFFIXES), (arguments.page, _PAGES)):
         if path is None:
             continue
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _time(text: str | None) -> Any:
-    """A number, or a Quantity."""
+    """The end as a plain number, or as a Quantity where the text has a unit."""
     try:
         return None if text is None else float(text)
     except ValueError:
@@ -77,7 +77,7 @@ def _time(text: str | None) -> Any:
 
 
 def _draw(result: Any, path: Path) -> None:
-    """The page, on a figure of no window."""
+    """Draw the page on a figure that no window shows."""
     height = 7.0 + 2.1 * len(result.system)
     figure = matplotlib("figure").Figure(figsize=(11.0, height), layout="constrained")
     result.plot(figure)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
 
-#: Newton's constant of the paper, 6.67408e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
+#: Newton's constant of the authors' published program, 6.67408e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 _G_HO2021 = 6.67408e-11 * 1e-9 * 3600.0**2
 _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
@@ -81,7 +81,7 @@ def kw4_ho2021(
     (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts the elements of Ostro
     et al. (2006), in an astronomical frame that it does not name, beside spins along the inertial z-axis: the orbit is
     retrograde to both spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator.
-    :func:`kw4` is that one. For the same reason a ``frame=`` is refused: the axes are of none. Referred to Earth's
+    :func:`kw4` is that one. For the same reason ``frame=`` is refused: the axes belong to no frame. Referred to Earth's
     equator of J2000, i and Omega put the orbit's pole at ecliptic longitude 325.8 and latitude -61.8 degrees.
 
     Parameters
@@ -101,18 +101,21 @@ def kw4_ho2021(
     Notes
     -----
     One year from this start gives the paper's ranges and means of the semi-major axis and its largest eccentricities,
-    to the digits printed and for both shapes. Three things it prints do not follow from it, by two methods of gravity,
-    two integrators and two charts that agree with each other; ``fullbody reproduce`` shows the evidence:
+    to the digits printed and for both shapes. Three things that the paper prints do not follow from it, by two methods
+    of gravity, two integrators and two charts that agree with each other. The documentation's page on the paper shows
+    the evidence and sets possible explanations side by side.
 
-    - the range of Beta's spin over the first 200 hours: z in [9.55, 11.16]e-5 rad/s in print, [9.05, 10.69]e-5 here;
-      x, y within 1.89e-5 and 3.23e-5 in print, 2.15e-5 and 3.45e-5 here. All six printed numbers come out when Beta
-      starts turned by 20.67 degrees against the orbital motion, which is that much an hour, to (phi, theta, psi) =
-      (-8.08, -0.84, 19.08) degrees; the year's semi-major axes then do not;
-    - the time between maxima of the inclination: about 3900 (ellipsoids) and 3400 h in print, 4246 and 3741 h here.
-      No initial inclination gives both. The inclination to the xy-plane starts near its largest and is largest again
-      after 3928 and 3470 h, which may be what was read off;
-    - the last digit of the mean period: 17.4116 and 17.4177 h in print, 17.4115 and 17.4176 h here. Kepler's third law
-      for the mean semi-major axis gives the printed digits with G = 6.674e-11 in place of 6.67408e-11, for both shapes.
+    - The range of Beta's spin over the first 200 hours. The paper prints z in [9.55, 11.16]e-5 rad/s; here it is
+      [9.05, 10.69]e-5. It prints x and y within 1.89e-5 and 3.23e-5; here they are within 2.15e-5 and 3.45e-5. All six
+      printed numbers come out when Beta starts turned by 20.7 degrees (20.55 to 20.86) against the orbital motion, to
+      (phi, theta, psi) = (-8.05, -0.87, 19.12) degrees. The orbit moves by 20.67 degrees an hour, and Beta's rate of
+      spin read as an angle is 20.69 degrees. The year's semi-major axes are not the printed ones from there.
+    - The time between maxima of the inclination. The paper prints about 3900 (ellipsoids) and 3400 h; here it is 4246
+      and 3741 h. No retrograde inclination of the orbit gives the printed times. The inclination to the xy-plane starts
+      near its largest and is largest again after 3928 and 3470 h, which may be what was read off.
+    - The last digit of the mean period. The paper prints 17.4116 and 17.4177 h; here it is 17.4115 and 17.4176 h. The
+      year run with G = 6.674e-11 in place of 6.67408e-11 gives the printed digits for both shapes. The paper does not
+      print its G.
 
     References
     ----------
@@ -268,7 +271,7 @@ def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, St
     from ..state import State
     from ..system import System
 
-    _refuse_frame(options, "this system is dimensionless, its axes are of no frame")
+    _refuse_frame(options, "this system is dimensionless, and its axes belong to no frame")
     refuse_unknown(
         options, (name for name in options_of(System) if name not in ("bodies", "G", "frame")), "this system"
     )
@@ -284,7 +287,7 @@ def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, St
 
 
 def _refuse_frame(options: dict[str, Any], why: str) -> None:
-    """Refuse to name a frame that the axes are not those of."""
+    """Refuse the name of a frame where the axes belong to none."""
     if (frame := options.pop("frame", None)) is not None:
         raise InvalidInput(f"frame is {frame!r}; expected none: {why}")
 

@@ -47,7 +47,6 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
         ("xarray", ["run.to_xarray()", "run.save('a.nc')", "fullbody.load('a.nc')", "main(['kw4'])"], "data"),
         ("h5netcdf", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
-        ("jinja2", ["main(['reproduce'])"], "report"),
         (
             "astropy",
             ["fullbody.systems.kw4(units=True)", "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch"],

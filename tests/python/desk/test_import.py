@@ -27,7 +27,7 @@ def test_heavy_libraries_are_not_imported():
 
 def test_submodules_come_when_they_are_asked_for():
     """Those that the reference documents, and what the commands use."""
-    names = ("cli", "paper", "plots", "reproduce", "toml_setup", "view")
+    names = ("cli", "plots", "toml_setup", "view")
     late = [name for name in names if name != "toml_setup"]
     code = (
         "import sys, json, fullbody; "

@@ -1,11 +1,13 @@
 """What the paper prints: Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35.
 
-The one source of these numbers for the tables, the figures, the report, the documentation and the tests.
+The numbers of the year of 1999 KW4 are in :mod:`fullbody.commands.kw4.printed`, beside the command that prints them.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from fullbody.commands.kw4 import printed
 
 __all__ = [
     "CASES_END",
@@ -13,19 +15,10 @@ __all__ = [
     "CASE_ERRORS",
     "CPU_TIME",
     "EXCITED_E",
-    "KW4",
     "KW4_AXES",
-    "KW4_ERRORS",
-    "KW4_SPIN",
-    "KW4_SPIN_HOURS",
-    "KW4_YEAR",
     "STATEMENTS",
-    "PaperKW4",
     "Statement",
 ]
-
-#: Length of the run of 1999 KW4 in hours.
-KW4_YEAR = 365.25 * 24.0
 
 #: Semi-axes as Table 2 prints them, km. The authors' published input has more digits, which the runs here take.
 KW4_AXES = ((0.766, 0.748, 0.674), (0.285, 0.232, 0.175))
@@ -34,45 +27,10 @@ KW4_AXES = ((0.766, 0.748, 0.674), (0.285, 0.232, 0.175))
 CASES_END = 200.0
 CASES_LATE = 2200.0
 
-#: CPU time in seconds, the paper's Table 3.
-CPU_TIME = {"case1": 22.8, "case2": 129.0, "ellipsoid": 4.6 * 3600.0, "spheroid": 1.1 * 3600.0}
+#: CPU time in seconds, Table 3.
+CPU_TIME = {"case1": 22.8, "case2": 129.0, **printed.CPU_TIME}
 
-
-@dataclass(frozen=True, slots=True)
-class PaperKW4:
-    """One year of 1999 KW4, section 4 of the paper.
-
-    Attributes
-    ----------
-    e_max : float
-        Largest eccentricity.
-    a_min, a_max, a_mean : float
-        Semi-major axis, km.
-    period : float
-        Mean orbital period, hours.
-    inclination_period : float
-        Between two maxima of the inclination to the first orbit's plane, hours; "approximately".
-    """
-
-    e_max: float
-    a_min: float
-    a_max: float
-    a_mean: float
-    period: float
-    inclination_period: float
-
-
-KW4 = {
-    "ellipsoid": PaperKW4(0.0126, 2.5418, 2.5526, 2.5471, 17.4116, 3900.0),
-    "spheroid": PaperKW4(0.0140, 2.5433, 2.5521, 2.5477, 17.4177, 3400.0),
-}
-
-#: Range of Beta's spin (ellipsoids, first 200 h), 1e-5 rad/s. Does not follow from the stated start.
-KW4_SPIN = {"x": (-1.89, 1.86), "y": (-3.20, 3.23), "z": (9.55, 11.16)}
-KW4_SPIN_HOURS = 200.0
-
-#: Largest relative errors from step to step.
-KW4_ERRORS = {"energy": 1e-14, "angular_momentum": 1e-11}
+#: Largest errors of the cases from step to step: relative of the energy, absolute of the angular momentum.
 CASE_ERRORS = 1e-12
 
 #: Eccentricity that the excited state of Fahnestock & Scheeres (2008) surpasses, as section 4 quotes it.
@@ -130,7 +88,7 @@ def _statements() -> dict[str, Statement]:
         add(f"{case}.energy_error", figure, "energy error, step to step, relative", f"< {CASE_ERRORS:.0e}")
         add(f"{case}.momentum_error", figure, "angular momentum error, step to step", f"< {CASE_ERRORS:.0e}")
         add(f"{case}.cpu", "Table 3", "CPU time to t = 200", f"{CPU_TIME[case]} s")
-    for shape, p in KW4.items():
+    for shape, p in printed.YEAR.items():
         for name, quantity in (
             ("e_max", "largest eccentricity"),
             ("a_min", "smallest semi-major axis, km"),
@@ -152,7 +110,7 @@ def _statements() -> dict[str, Statement]:
     add("kw4.inclination_order", "4, 5", "period of the inclination", "longer for ellipsoids")
     add("kw4.equal_periods", "4", "Beta's rotation period against its orbital period", "equal")
     add("kw4.synchronous", "4", "Beta's orbit", "synchronous")
-    for axis, (low, high) in KW4_SPIN.items():
+    for axis, (low, high) in printed.SPIN.items():
         quantity = f"Beta's spin {axis}, 200 h, 1e-5 rad/s, ellipsoids"
         add(f"kw4.spin_{axis}", "4, Fig. 8", quantity, f"[{low:.2f}, {high:.2f}]")
     add("kw4.spheroid.spin_z", "4, Fig. 8", "Beta's spin z, spheroids", "constant")
@@ -161,15 +119,15 @@ def _statements() -> dict[str, Statement]:
     add("kw4.excited_e", "4", "largest eccentricity against the excited state of 2008", f"below {EXCITED_E}")
     add("kw4.between_states", "4", "range of Beta's spin z", "between the relaxed and the excited state of 2008")
     add("kw4.similar_spin", "5", "Beta's spin z, ellipsoids, against 2008", "similar")
-    for shape in KW4:
-        text = f"< {KW4_ERRORS['energy']:.0e}"
+    for shape in printed.YEAR:
+        text = f"< {printed.ERRORS['energy']:.0e}"
         add(f"kw4.{shape}.energy_error", "4, Fig. 9", f"energy error, step to step, relative, {shape}s", text)
-    text = f"< {KW4_ERRORS['angular_momentum']:.0e}"
+    text = f"< {printed.ERRORS['angular_momentum']:.0e}"
     add("kw4.momentum_error", "4, Fig. 9", "angular momentum error, each component, relative, ellipsoids", text)
     add("kw4.momentum_error_spheroid", "4", "angular momentum error, spheroids against ellipsoids", "similar")
     add("kw4.momentum_drift", "4, Fig. 9", "error of the angular momentum over the year", "drifts")
     add("all.errors", "5", "errors of energy and angular momentum, all runs", "< 1e-12")
-    for shape in KW4:
+    for shape in printed.YEAR:
         add(f"kw4.{shape}.cpu", "Table 3", f"CPU time of the year, {shape}s", f"{CPU_TIME[shape] / 3600:.1f} h")
     return said
 

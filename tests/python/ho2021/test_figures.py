@@ -4,8 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fullbody import paper
-from fullbody.reproduce import _drawing, case_figures, cases, evidence_figures, kw4, kw4_figures, starts
+from fullbody.commands.kw4 import drawing
+from fullbody.commands.kw4 import figures as kw4_figures
+from fullbody.commands.kw4 import year as kw4
+
+from reproduction.ho2021 import case_figures, cases, evidence_figures, paper, spin, symmetry, years
 
 
 @pytest.fixture(scope="module")
@@ -14,32 +17,32 @@ def runs():
 
 
 @pytest.fixture(scope="module")
-def years():
-    return {shape: kw4.year(shape, "focal", 220.0)[0] for shape in kw4.SHAPES}
+def halves():
+    return {shape: kw4.run_year(shape, "focal", 220.0)[0] for shape in kw4.SHAPES}
 
 
 @pytest.fixture(scope="module")
-def evidence(years):
+def evidence(halves):
     t = np.arange(12.5, 250.0, 25.0)
-    motions = {name: cases.Motion(t, 10.0**k * np.exp(0.01 * t)) for name, k in (("seeded", -11), ("double", -16))}
-    motions |= {"compensated": cases.Motion(t, 1e-17 * t), "symmetric": cases.Motion(t, 0 * t)}
-    spins = starts.PRINTED + 0.1 * np.sin(np.arange(5.0))[:, None, None]
+    motions = {name: symmetry.Motion(t, 10.0**k * np.exp(0.01 * t)) for name, k in (("seeded", -11), ("double", -16))}
+    motions |= {"compensated": symmetry.Motion(t, 1e-17 * t), "symmetric": symmetry.Motion(t, 0 * t)}
+    spins = spin.PRINTED + 0.1 * np.sin(np.arange(5.0))[:, None, None]
     scans = [
-        starts.Scan(name, unit, start, start + reach * np.linspace(-1, 1, 5), spins)
-        for name, (unit, start, reach, _) in starts.SCANS.items()
+        spin.Scan(name, unit, stated, stated + reach * np.linspace(-1, 1, 5), spins)
+        for name, (unit, stated, reach, _) in spin.FAMILIES.items()
     ]
-    tilts = np.array([45.0, 120.0, 156.1])
-    nodal = {shape: np.stack([tilts, *[[3000.0 - k, 6000.0, 4000.0]] * 2]) for k, shape in enumerate(kw4.SHAPES)}
-    return SimpleNamespace(z_motion=motions, scans=scans, nodal=nodal, year_runs=years)
+    tilts, periods = np.array([45.0, 120.0, 156.1]), np.array([3000.0, 6000.0, 4000.0])
+    nodal = {shape: years.Nodal(tilts, periods - k, periods - k) for k, shape in enumerate(kw4.SHAPES)}
+    return SimpleNamespace(z_motion=motions, scans=scans, nodal=nodal, runs=SimpleNamespace(year=halves))
 
 
 @pytest.fixture(scope="module")
-def figures(runs, years, evidence):
+def figures(runs, halves, evidence):
     return {
         **{f"motion {number}": case_figures.motion(run, number) for number, run in runs.items()},
         **{f"energy {number}": case_figures.energy(run, number) for number, run in runs.items()},
         "force": case_figures.force(runs[1], cases.forces(runs[1])),
-        **kw4_figures.all_figures(years),
+        **kw4_figures.all_figures(halves),
         "z_motion": evidence_figures.z_motion(evidence),
         "spin_starts": evidence_figures.spin_starts(evidence),
         "inclination": evidence_figures.inclination(evidence),
@@ -48,18 +51,12 @@ def figures(runs, years, evidence):
 
 def test_windows_and_what_is_largest_in_them():
     x = np.arange(8.0)
-    middle, low, high = _drawing.windows(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
+    middle, low, high = drawing.windows(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
     assert middle.tolist() == [0.5, 2.5, 4.5, 6.5]
     assert low.tolist() == [-5.0, 1.0, 0.0, -8.0]
     assert high.tolist() == [3.0, 2.0, 0.0, 7.0]
-    middle, high = _drawing.largest(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
+    middle, high = drawing.largest(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
     assert (middle.tolist(), high.tolist()) == ([0.5, 2.5, 6.5], [5.0, 2.0, 8.0])
-
-
-def test_a_line_is_broken_between_prograde_and_retrograde():
-    x, y = _drawing.broken(np.array([10.0, 60.0, 120.0, 170.0]), np.arange(4.0), 90.0)
-    assert np.flatnonzero(np.isnan(x)).tolist() == np.flatnonzero(np.isnan(y)).tolist() == [2]
-    assert not np.isnan(_drawing.broken(np.array([100.0, 150.0]), np.zeros(2), 90.0)[0]).any()
 
 
 def test_every_axis_says_its_unit(figures):
@@ -105,9 +102,9 @@ def test_energies_share_their_time_axis(figures, number):
         assert ax.get_xlim() == (0.0, paper.CASES_END)
 
 
-def test_a_short_run_shows_the_elements_themselves(figures, years):
+def test_a_short_run_shows_the_elements_themselves(figures, halves):
     for ax, values in zip(figures["elements"].axes, ("e", "a"), strict=False):
-        for line, run in zip(ax.lines, years.values(), strict=True):
+        for line, run in zip(ax.lines, halves.values(), strict=True):
             elements = getattr(run.elements(), values)
             np.testing.assert_array_equal(line.get_ydata(), getattr(elements, "value", elements))
 
@@ -126,6 +123,6 @@ def test_errors_of_one_digit_are_clear_of_the_frame(figures, runs):
 def test_scans_mark_the_papers_start(figures, evidence):
     axes = np.reshape(figures["spin_starts"].axes, (4, -1))
     for column, scan in zip(axes.T, evidence.scans, strict=True):
-        assert f"[{scan.unit}]" in column[3].get_xlabel()
+        assert f"[{scan.unit}]" in column[3].get_xlabel().replace("\n", " ")
         for ax in column:
-            assert any(np.all(np.asarray(line.get_xdata()) == scan.start) for line in ax.lines)
+            assert any(np.all(np.asarray(line.get_xdata()) == scan.stated) for line in ax.lines)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from fullbody import systems
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4.drawing import SHAPES, figure
+from fullbody.plots._style import LINES, grid, legend, matplotlib
 
-from .. import paper, systems
-from ..plots._style import LINES, grid, legend, matplotlib
-from . import cases, kw4
-from ._drawing import SHAPES, broken, figure
-
-if TYPE_CHECKING:
-    from .results import Results
+from . import paper, spin, symmetry
+from .results import Results
 
 __all__ = ["all_figures"]
 
@@ -21,7 +20,7 @@ __all__ = ["all_figures"]
 _PRINTED = {"linewidth": 1.0, "linestyle": (0, (4, 2))}
 _NOTE = {"fontsize": "small", "color": "0.25"}
 #: How much of the physical states' motion is drawn, hours.
-_SHOWN = 500.0
+_SHOWN = 200.0
 #: Inclination between prograde and retrograde orbits, degrees.
 _POLAR = 90.0
 
@@ -41,7 +40,7 @@ def z_motion(results: Results) -> Any:
     drawn, axes = figure(1, 1, (7.0, 4.6))
     ax = axes[0, 0]
     labels = {
-        "seeded": f"default integrator, started with z = {cases.NOISE:.0e}",
+        "seeded": f"default integrator, started with z = {symmetry.NOISE:.0e}",
         "double": "DOP853, plain doubles",
         "compensated": "default integrator, compensated sums",
         "symmetric": "DOP853, exactly symmetric rates",
@@ -64,7 +63,7 @@ def z_motion(results: Results) -> Any:
     # Room for the two notes.
     ax.set_ylim(lowest / 1e3, 1e3 * order)
     ax.set_xlabel("time (dimensionless)")
-    ax.set_ylabel("|z| of A (dimensionless),\nlargest in 25 units of time")
+    ax.set_ylabel(f"|z| of A (dimensionless),\nlargest in {symmetry.WINDOW:g} units of time")
     ax.margins(x=0)
     ax.set_xlim(left=0.0)
     grid(ax)
@@ -76,70 +75,65 @@ def z_motion(results: Results) -> Any:
 def spin_starts(results: Results) -> Any:
     """Beta's spin over the first 200 h along families of starts, beside the printed ranges."""
     columns = len(results.scans)
-    drawn, axes = figure(4, columns, (0.5 + 3.1 * columns, 9.5), sharex="col", sharey="row")
+    drawn, axes = figure(4, columns, (10.5, 9.0), sharex="col", sharey="row")
     for column, scan in enumerate(results.scans):
-        for row, (axis, printed) in enumerate(paper.KW4_SPIN.items()):
+        for row, (axis, limits) in enumerate(printed.SPIN.items()):
             ax = axes[row, column]
             low, high = scan.ranges[:, row].T
             ax.fill_between(scan.values, low, high, color=LINES[0]["color"], alpha=0.25, linewidth=0)
             ax.plot(scan.values, low, scan.values, high, linewidth=1.2, **LINES[0])
-            for value in printed:
+            for value in limits:
                 ax.axhline(value, color="0.1", **_PRINTED)
             axes[row, 0].set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
         ax = axes[3, column]
-        ax.plot(scan.values, scan.misfit, linewidth=1.2, **LINES[0])
+        ax.plot(scan.values, spin.misfit(scan.ranges), linewidth=1.2, **LINES[0])
         ax.set_yscale("log")
         if scan.unit == "deg":
             ax.xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(45))
-        ax.set_xlabel(fill(f"{scan.name} [{scan.unit}]", 40), fontsize="small")
+        ax.set_xlabel(fill(f"{scan.name} [{scan.unit}]", 28))
         for ax in axes[:, column]:
             grid(ax)
             ax.margins(x=0)
-            ax.axvline(scan.start, color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
+            ax.axvline(scan.stated, color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
     axes[3, 0].set_ylabel("largest difference from\nthe printed [$10^{-5}$ rad/s]")
     drawn.suptitle(
-        f"Beta's spin by start. Bands: range over {paper.KW4_SPIN_HOURS:g} h; dashed: printed; dotted: paper's start"
+        f"Range of Beta's spin in the first {printed.SPIN_HOURS:g} h by start; dashed: printed; dotted: stated"
     )
     drawn.get_layout_engine().set(w_pad=0.08)
     return drawn
 
 
 def inclination(results: Results) -> Any:
-    """The two inclinations over the year, and the nodal period by the orbit's inclination."""
+    """The inclination to the xy-plane over the year, and the nodal period by the orbit's inclination."""
     from astropy import units as u
 
-    drawn, axes = figure(3, 1, (7.0, 9.5))
-    first, own, by = axes[:, 0]
-    for shape, run in results.year_runs.items():
+    drawn, axes = figure(2, 1, (7.0, 6.8))
+    own, by = axes[:, 0]
+    for shape, run in results.runs.year.items():
         thinned = run[::16]
-        hours = thinned.time.to_value(u.hour)
-        style = SHAPES[shape]
-        first.plot(hours, kw4.inclination_to_first(thinned), linewidth=1.2, **style)
-        own.plot(hours, thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
-        inclinations, periods, longer = results.nodal[shape]
-        # The node of a polar orbit hardly moves.
-        by.plot(*broken(inclinations, periods, _POLAR), linewidth=1.5, marker=".", markersize=4.0, **style)
-        by.vlines(inclinations, periods, longer, color=style["color"], linewidth=3.0, alpha=0.5)
-        printed = paper.KW4[shape].inclination_period
-        own.axvline(printed, color=style["color"], **_PRINTED)
-        side, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)
-        where = {"xycoords": own.get_xaxis_transform(), "xytext": (shift, 0), "textcoords": "offset points", "ha": side}
-        own.annotate(f"{printed:.0f} h", (printed, 0.04), **where, **_NOTE)
-        by.axhline(printed, color=style["color"], **_PRINTED)
-        note = f"printed, {shape}s: {printed:.0f} h"
-        place, side = _free(inclinations)
-        by.annotate(note, (place, printed), (2, 2), textcoords="offset points", ha=side, va="bottom", **_NOTE)
+        style, nodal = SHAPES[shape], results.nodal[shape]
+        own.plot(thinned.time.to_value(u.hour), thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
+        # The node of a polar orbit hardly moves, so that prograde and retrograde ones are apart.
+        for side, name in ((nodal.inclination < _POLAR, style["label"]), (nodal.inclination > _POLAR, None)):
+            slopes = nodal.inclination[side]
+            by.plot(slopes, nodal.half[side], linewidth=1.5, marker=".", markersize=4.0, **{**style, "label": name})
+            by.vlines(slopes, nodal.half[side], nodal.whole[side], color=style["color"], linewidth=3.0, alpha=0.5)
+        period = printed.YEAR[shape].inclination_period
+        own.axvline(period, color=style["color"], **_PRINTED)
+        edge, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)
+        where = {"xycoords": own.get_xaxis_transform(), "xytext": (shift, 0), "textcoords": "offset points", "ha": edge}
+        own.annotate(f"{period:.0f} h", (period, 0.04), **where, **_NOTE)
+        by.axhline(period, color=style["color"], **_PRINTED)
+        note = f"printed, {shape}s: {period:.0f} h"
+        by.annotate(note, (_POLAR, period), (0, 2), textcoords="offset points", ha="center", va="bottom", **_NOTE)
     start = systems.ho2021.KW4_SKY["i"]
     by.axvline(start, color="0.4", linewidth=1.0)
-    first.set_ylabel("inclination to the\nfirst orbit's plane [deg]")
     own.set_ylabel("inclination to the\nxy-plane [deg]")
     by.set_ylabel("period of the node [h]")
-    for ax in (first, own):
-        ax.set_xlabel("time [h]")
+    own.set_xlabel("time [h]")
     by.set_xlabel(f"initial inclination of the orbit [deg]; vertical line: the paper's start, {start:g}")
     for ax, text in ((own, "dashed: the printed periods, drawn from the start"), (by, "dashed: the printed periods")):
         ax.set_title(text, loc="left", fontsize="small")
-    for ax in axes[:, 0]:
         grid(ax)
         legend(ax, markerscale=1.0)
         ax.margins(x=0)
@@ -149,27 +143,19 @@ def inclination(results: Results) -> Any:
     return drawn
 
 
-def _free(inclinations: Any) -> tuple[float, str]:
-    """Where a note crosses no curve: the middle between prograde and retrograde orbits, or the left edge."""
-    below, above = inclinations[inclinations < _POLAR], inclinations[inclinations >= _POLAR]
-    if len(below) and len(above):
-        return 0.5 * float(below.max() + above.min()), "center"
-    return float(inclinations.min()), "left"
-
-
 def physical(results: Results) -> Any:
     """Eccentricity and Beta's spin of the physical states and of the paper's."""
-    columns = len(results.physical)
-    drawn, axes = figure(4, columns, (1.0 + 2.4 * columns, 8.5), sharex=True, sharey="row")
-    for column, motion in enumerate(results.physical):
-        shown = motion.run.time <= _SHOWN
-        hours = motion.run.time[shown]
-        panels = [motion.run.elements().e[shown], *(motion.run.spin[shown, 1].T * 1e5 / 3600.0)]
+    drawn, axes = figure(4, len(results.physical), (10.5, 8.5), sharex=True, sharey="row")
+    for column, (name, motion) in enumerate(results.physical.items()):
+        run = results.runs.physical[name]
+        shown = run.time <= _SHOWN
+        hours = run.time[shown]
+        panels = [run.elements().e[shown], *(run.spin[shown, 1].T * 1e5 / 3600.0)]
         for ax, values in zip(axes[:, column], panels, strict=True):
             ax.plot(hours, values, linewidth=0.7, color=LINES[0]["color"])
             grid(ax)
         swing = "turns under Alpha" if np.isnan(motion.libration) else f"libration {motion.libration:.1f} deg"
-        axes[0, column].set_title(f"{fill(motion.name, 24)}\n{swing}", fontsize="small")
+        axes[0, column].set_title(f"{fill(name, 16)}\n{swing}", fontsize="small")
         axes[-1, column].set_xlabel("time [h]")
     for ax in axes[1:3].flat:
         # What looks like nothing beside the paper's motion, in a number.
@@ -179,7 +165,7 @@ def physical(results: Results) -> Any:
             note = f"within {np.abs(values).max():.1g}" if values.any() else "zero"
             ax.annotate(note, (0.97, 0.6), xycoords="axes fraction", ha="right", **_NOTE)
     axes[0, 0].set_xlim(0.0, _SHOWN)
-    axes[0, 0].xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(200))
+    axes[0, 0].xaxis.set_major_locator(matplotlib("ticker").MultipleLocator(100))
     axes[0, 0].set_ylabel("eccentricity\n(dimensionless)")
     for row, axis in enumerate("xyz", start=1):
         axes[row, 0].set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")

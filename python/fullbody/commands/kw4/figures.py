@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import paper
-from ..plots._style import LINES, grid, legend, matplotlib
-from ..run import Run
-from . import kw4
-from ._drawing import SHAPES, figure, floor, largest, windows
+from ...plots._style import LINES, grid, legend, matplotlib
+from ...run import Run
+from . import printed, year
+from .drawing import SHAPES, figure, floor, largest, windows
 
 __all__ = ["all_figures"]
 
@@ -20,30 +19,22 @@ _ORBITS = 5
 _WINDOW = 100.0
 
 
-def all_figures(runs: dict[str, Run]) -> dict[str, Any]:
+def all_figures(runs: dict[year.Shape, Run]) -> dict[str, Any]:
     """The three figures by name."""
     return {"elements": elements(runs), "beta_spin": beta_spin(runs), "errors": errors(runs)}
 
 
-def _hours(run: Run) -> Any:
-    from astropy import units as u
-
-    return run.time.to_value(u.hour)
-
-
-def elements(runs: dict[str, Run]) -> Any:
+def elements(runs: dict[year.Shape, Run]) -> Any:
     """Eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
-    from astropy import units as u
-
     drawn, axes = figure(3, 1, (7.0, 8.0), sharex=True)
-    width = _ORBITS * paper.KW4["ellipsoid"].period
+    width = _ORBITS * printed.YEAR["ellipsoid"].period
     # In a short run the oscillation itself can be seen.
-    long = min(float(_hours(run)[-1]) for run in runs.values()) > 10 * width
+    long = min(float(year.plain(run.time)[-1]) for run in runs.values()) > 10 * width
     bands = []
     for shape, run in runs.items():
-        hours, orbit, style = _hours(run), run.elements(), SHAPES[shape]
+        hours, orbit, style = year.plain(run.time), run.elements(), SHAPES[shape]
         bands.append(matplotlib("patches").Patch(**_inside(shape), label=style["label"]))
-        for ax, values in zip(axes[:2, 0], (np.asarray(orbit.e), orbit.a.to_value(u.km)), strict=True):
+        for ax, values in zip(axes[:2, 0], (orbit.e, year.plain(orbit.a)), strict=True):
             if not long:
                 ax.plot(hours, values, linewidth=1.1, **style)
                 continue
@@ -52,7 +43,7 @@ def elements(runs: dict[str, Run]) -> Any:
             for edge in (low, high):
                 ax.plot(middle, edge, linewidth=1.3, color=style["color"], linestyle=style["linestyle"])
         thinned = run[::16] if long else run
-        axes[2, 0].plot(_hours(thinned), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
+        axes[2, 0].plot(year.plain(thinned.time), year.inclination_to_first(thinned), linewidth=1.3, **style)
     for ax, label in zip(
         axes[:, 0],
         ("eccentricity (dimensionless)", "semi-major axis [km]", "inclination to the\nfirst orbit's plane [deg]"),
@@ -79,21 +70,19 @@ def _inside(shape: str) -> dict[str, Any]:
     return {"facecolor": "none", "edgecolor": colour, "hatch": "////", "linewidth": 0.0}
 
 
-def beta_spin(runs: dict[str, Run]) -> Any:
+def beta_spin(runs: dict[year.Shape, Run]) -> Any:
     """Beta's angular velocity in its own frame over the first 200 hours."""
-    from astropy import units as u
-
     drawn, axes = figure(3, 1, (7.0, 6.5), sharex=True)
     until = 0.0
     for shape, run in runs.items():
-        hours = _hours(run)
-        until = max(until, min(paper.KW4_SPIN_HOURS, float(hours[-1])))
+        hours = year.plain(run.time)
+        until = max(until, min(printed.SPIN_HOURS, float(hours[-1])))
         # One more, for the line to reach the edge.
         first = slice(0, int(np.searchsorted(hours, until)) + 1)
-        spin = run.spin[first, 1].to_value(u.rad / u.s) * 1e5
+        spin = year.plain(run.spin)[first, 1] * (1e5 / 3600.0)
         for ax, component in zip(axes[:, 0], spin.T, strict=True):
             ax.plot(hours[first], component, linewidth=1.1, **SHAPES[shape])
-    for ax, (axis, (low, high)) in zip(axes[:, 0], paper.KW4_SPIN.items(), strict=True):
+    for ax, (axis, (low, high)) in zip(axes[:, 0], printed.SPIN.items(), strict=True):
         ax.axhspan(low, high, color="0.88", zorder=0, linewidth=0, label="range that the paper prints (ellipsoids)")
         ax.set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
     legend(axes[0, 0])
@@ -103,13 +92,13 @@ def beta_spin(runs: dict[str, Run]) -> Any:
     return drawn
 
 
-def errors(runs: dict[str, Run]) -> Any:
+def errors(runs: dict[year.Shape, Run]) -> Any:
     """Errors of the energy and of the angular momentum: from step to step, as in the paper, and from the start."""
     drawn, axes = figure(2, 2, (10.0, 7.0), sharex=True)
-    end = max(float(_hours(run)[-1]) for run in runs.values())
+    end = max(float(year.plain(run.time)[-1]) for run in runs.values())
     width = min(_WINDOW, end / 20)
     for shape, run in runs.items():
-        hours, energy, style = _hours(run), run.energy.value, SHAPES[shape]
+        hours, energy, style = year.plain(run.time), year.plain(run.energy), SHAPES[shape]
         axes[0, 0].plot(*largest(hours[1:], np.diff(energy) / energy[:-1], width), linewidth=1.2, **style)
         for drift, name, thick in (
             (run.energy_drift_orbital, "of the orbital energy", 2.0),
@@ -118,13 +107,13 @@ def errors(runs: dict[str, Run]) -> Any:
             label = f"{style['label']}, {name}"
             axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
     run = runs["ellipsoid"]
-    hours, places = _hours(run), kw4.momentum_of_places(run)
+    hours, places = year.plain(run.time), year.momentum_of_places(run)
     step = np.diff(places, axis=0) / places[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
     for k, (drift, name) in enumerate(
         (
-            (kw4.drift(places), "r x m v of the bodies' places"),
+            (year.drift(places), "r x m v of the bodies' places"),
             (run.angular_momentum_drift, "the barycentre's part kept apart"),
         )
     ):
@@ -139,7 +128,7 @@ def errors(runs: dict[str, Run]) -> Any:
         ax.set_xlim(0.0, end)
         grid(ax)
         legend(ax, columns=3 if ax in axes[:, 0] else 2)
-    floor(axes[0, 0], min(abs(run.energy.value[0]) for run in runs.values()))
+    floor(axes[0, 0], min(abs(year.plain(run.energy)[0]) for run in runs.values()))
     for ax in axes[1]:
         ax.set_xlabel("time [h]")
     drawn.align_ylabels()

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..plots._style import LINES, matplotlib
+from ...plots._style import LINES, matplotlib
 
-__all__ = ["SHAPES", "broken", "figure", "floor", "largest", "positive", "power", "windows"]
+__all__ = ["SHAPES", "figure", "floor", "largest", "positive", "power", "windows"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The two shapes of 1999 KW4: blue and red, solid and dotted as in the paper.
+#: The lines of the two shapes of 1999 KW4, blue and red, solid and dotted as in the paper.
 SHAPES: dict[str, dict[str, Any]] = {
     "ellipsoid": {**LINES[0], "label": "ellipsoids"},
     "spheroid": {**LINES[4], "linestyle": (0, (1, 1.2)), "label": "spheroids"},
@@ -27,7 +27,7 @@ def figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -
 
 
 def positive(x: _Array, values: _Array) -> tuple[_Array, _Array]:
-    """Without zeros, which a logarithmic axis has not."""
+    """The points above zero, which are those that a logarithmic axis shows."""
     return x[values > 0], values[values > 0]
 
 
@@ -51,14 +51,8 @@ def largest(x: _Array, values: _Array, width: float) -> tuple[_Array, _Array]:
     return positive(middle, high)
 
 
-def broken(x: _Array, y: _Array, at: float) -> tuple[_Array, _Array]:
-    """A line interrupted where x passes a value."""
-    places = np.flatnonzero((x[:-1] < at) != (x[1:] < at)) + 1
-    return np.insert(x, places, np.nan), np.insert(y, places, np.nan)
-
-
 def floor(ax: Any, energy: float) -> None:
-    """Scale an axis of relative errors of an energy down to the spacing of doubles: no smaller one but zero exists."""
+    """Let an axis of relative errors of an energy end at the spacing of doubles: below it only zero exists."""
     spacing = float(np.spacing(abs(energy)) / abs(energy))
     ax.set_yscale("log")
     top = max(float(ax.dataLim.y1), spacing)

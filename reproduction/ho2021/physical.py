@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from fullbody import Component, KeplerElements, Run, State, binary, systems
+from fullbody.observables import libration, obliquity
+from scipy.spatial.transform import Rotation
 
-from .. import systems
-from ..elements import KeplerElements
-from ..pair import Component, binary
-from ..run import Run
-from ..state import State
-from . import starts
+from .starts import normal, start, turned
 
 __all__ = ["FLAT", "HOURS", "PAPER", "TURNED", "Motion", "motions", "states"]
 
@@ -33,29 +31,23 @@ class Motion:
 
     Attributes
     ----------
-    name, start : str
-        What it is, and what it starts from.
+    begins : str
+        What it starts from.
     e : tuple
         Range of the osculating eccentricity.
-    a : tuple
-        Range of the osculating semi-major axis, km.
     libration : float
         Half of peak to peak, degrees; NaN where Beta turns round under Alpha.
     spin : ndarray, (3, 2)
         Range of Beta's spin, 1e-5 rad/s.
-    pole : tuple
-        Range of the angle between Alpha's pole and the orbit's normal, degrees.
-    run : Run
+    tilts : tuple
+        Angles of the poles of Alpha and of Beta from the orbit's normal at the start, degrees.
     """
 
-    name: str
-    start: str
+    begins: str
     e: tuple[float, float]
-    a: tuple[float, float]
     libration: float
     spin: _Array
-    pole: tuple[float, float]
-    run: Run
+    tilts: tuple[float, ...]
 
 
 def states() -> dict[str, tuple[str, Any, State]]:
@@ -67,12 +59,12 @@ def states() -> dict[str, tuple[str, Any, State]]:
         FLAT: (
             "the same, the orbit turned into the plane of Beta's equator",
             paper_system,
-            starts.start(paper_state, paper_system.mu(), i=180.0),
+            start(paper_state, paper_system.mu(), i=180.0),
         ),
         TURNED: (
             "the same, Beta's equator turned into the plane of the orbit",
             paper_system,
-            _equator_in_orbit(paper_system, paper_state),
+            _equator_in_orbit(paper_state),
         ),
         "relaxed": (
             "circular orbit in Alpha's equator, Beta aligned and turning with it",
@@ -92,16 +84,11 @@ def states() -> dict[str, tuple[str, Any, State]]:
     }
 
 
-def _equator_in_orbit(system: Any, state: State) -> State:
+def _equator_in_orbit(state: State) -> State:
     """Beta turned, the short way, so that its pole is the orbit's, counted as its spin goes; the orbit as it was."""
-    from scipy.spatial.transform import Rotation
-
-    r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
-    normal = np.cross(r, v)
-    pole = -normal / np.linalg.norm(normal)
+    pole = -normal(state)
     axis = np.cross([0.0, 0.0, 1.0], pole)
-    turn = Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2]))
-    return starts.start(state, system.mu(), turn)
+    return turned(state, Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2])))
 
 
 def _relaxed(system: Any, state: State) -> State:
@@ -128,32 +115,19 @@ def _excited(system: Any, state: State) -> State:
     return state.replace(position=share * r, velocity=share * v, attitude=attitude)
 
 
-def motions() -> list[Motion]:
-    """Run all states and measure them."""
-    from ..observables import libration, obliquity
-
-    found = []
+def motions() -> tuple[dict[str, Motion], dict[str, Run]]:
+    """All states by name, run and measured, and their runs."""
+    found, runs = {}, {}
     for name, (begins, system, state) in states().items():
-        run = system.integrate(state, HOURS, output=0.1)
-        orbit = run.elements()
-        swing = libration(run)
-        amplitude = float("nan") if swing.amplitude is None else float(np.rad2deg(swing.amplitude))
+        run = runs[name] = system.integrate(state, HOURS, output=0.1)
+        e = run.elements().e
+        amplitude = libration(run).amplitude
         spin = run.spin[:, 1] * 1e5 / 3600.0
-        pole = np.rad2deg(obliquity(run, body=0, about=1))
-        found.append(
-            Motion(
-                name,
-                begins,
-                _range(orbit.e),
-                _range(orbit.a),
-                amplitude,
-                np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1),
-                _range(pole),
-                run,
-            )
+        found[name] = Motion(
+            begins=begins,
+            e=(float(e.min()), float(e.max())),
+            libration=float("nan") if amplitude is None else float(np.rad2deg(amplitude)),
+            spin=np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1),
+            tilts=tuple(float(np.rad2deg(obliquity(run, body=k, about=1 - k)[0])) for k in (0, 1)),
         )
-    return found
-
-
-def _range(values: Any) -> tuple[float, float]:
-    return float(np.min(values)), float(np.max(values))
+    return found, runs

@@ -4,33 +4,36 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import paper, systems
-from ..integrators import Integrator, Verner98
-from ..run import Run
+from ... import systems
+from ...integrators import Integrator, Verner98
+from ...run import Run
+from . import printed
 
 __all__ = [
     "METHODS",
     "SHAPES",
     "Numbers",
+    "Shape",
     "between_maxima",
     "drift",
     "inclination_to_first",
     "measure",
     "momentum_of_places",
+    "plain",
+    "run_year",
     "slow_maxima",
     "spin_range",
-    "with_printed_axes",
-    "year",
 ]
 
 _Array = npt.NDArray[np.float64]
 
-SHAPES: tuple[Literal["ellipsoid", "spheroid"], ...] = ("ellipsoid", "spheroid")
+Shape = Literal["ellipsoid", "spheroid"]
+SHAPES: tuple[Shape, ...] = get_args(Shape)
 METHODS = ("surface", "focal")
 
 
@@ -40,8 +43,8 @@ class Numbers:
 
     ``inclination_period`` is between maxima of the inclination to the first orbit's plane, ``inclination_return`` the
     time at which the inclination to the xy-plane is largest again. ``_step`` are errors from step to step as the paper
-    takes them, ``_drift`` from the start; the angular momentum's by component and relative to its length. ``_places``
-    are those of :func:`momentum_of_places`, of which the paper's step-to-step errors are taken too.
+    takes them, of the angular momentum those of :func:`momentum_of_places` by component; ``_drift`` are errors from the
+    start.
     """
 
     e_max: float
@@ -59,17 +62,16 @@ class Numbers:
     energy_drift: float
     energy_drift_orbital: float
     angular_momentum_step: float
-    angular_momentum_drift_places: float
     angular_momentum_drift: float
     steps: int
     evaluations: int
     cpu_seconds: float
 
 
-def year(
-    shape: Literal["ellipsoid", "spheroid"],
+def run_year(
+    shape: Shape,
     method: str,
-    until: float = paper.KW4_YEAR,
+    until: float = printed.YEAR_HOURS,
     *,
     integrator: Integrator | None = None,
     progress: Any = False,
@@ -81,24 +83,26 @@ def year(
     return run, time.process_time() - started
 
 
-def measure(run: Run, seconds: float = 0.0) -> Numbers:
-    """The quantities that the paper prints, from a run in km, hour, kg."""
-    from astropy import units as u
+def plain(values: Any) -> _Array:
+    """The numbers of a Quantity, or plain numbers as they are; both are in km, hour, kg, radians here."""
+    return np.asarray(getattr(values, "value", values))
 
+
+def measure(run: Run, seconds: float = 0.0) -> Numbers:
+    """The quantities that the paper prints, from a run in km, hour, kg, as Quantities or as plain numbers."""
     elements = run.elements()
-    a = elements.a.to_value(u.km)
-    hours = run.time.to_value(u.hour)
+    a, hours = plain(elements.a), plain(run.time)
     ranges = [(float(low), float(high)) for low, high in spin_range(run.system, run[0])]
-    energy = run.energy.value
+    energy = plain(run.energy)
     momentum = momentum_of_places(run)
-    tops = slow_maxima(hours, np.asarray(elements.i.to_value(u.deg)))
+    tops = slow_maxima(hours, plain(elements.i))
     return Numbers(
         e_max=float(np.max(elements.e)),
         e_mean=_mean(hours, elements.e),
         a_min=float(a.min()),
         a_max=float(a.max()),
         a_mean=_mean(hours, a),
-        period=_mean(hours, elements.period(run.system.mu()).to_value(u.hour)),
+        period=_mean(hours, plain(elements.period(run.system.mu()))),
         inclination_period=between_maxima(hours, inclination_to_first(run)),
         inclination_return=float(tops[0]) if len(tops) else float("nan"),
         spin_x=ranges[0],
@@ -108,7 +112,6 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
         energy_drift=float(np.max(np.abs(run.energy_drift))),
         energy_drift_orbital=float(np.max(np.abs(run.energy_drift_orbital))),
         angular_momentum_step=float(np.max(np.abs(np.diff(momentum, axis=0) / momentum[:-1]))),
-        angular_momentum_drift_places=float(np.max(drift(momentum))),
         angular_momentum_drift=float(np.max(run.angular_momentum_drift)),
         steps=run.statistics.steps,
         evaluations=run.statistics.evaluations,
@@ -124,11 +127,12 @@ def momentum_of_places(run: Run) -> _Array:
     """
     from scipy.spatial.transform import Rotation
 
-    position, velocity, spin = (np.asarray(getattr(x, "value", x)) for x in (run.position, run.velocity, run.spin))
+    position, velocity, spin = (plain(x) for x in (run.position, run.velocity, run.spin))
     total = np.zeros((len(run), 3))
-    for body, (mass, inertia) in enumerate(_masses_and_inertias(run)):
-        turned = Rotation.from_quat(run.attitude[:, body], scalar_first=True)
-        total += mass * np.cross(position[:, body], velocity[:, body]) + turned.apply(inertia * spin[:, body])
+    for k, body in enumerate(run.system.bodies):
+        turned = Rotation.from_quat(run.attitude[:, k], scalar_first=True)
+        total += plain(body.mass) * np.cross(position[:, k], velocity[:, k])
+        total += turned.apply(plain(body.inertia) * spin[:, k])
     return total
 
 
@@ -137,30 +141,11 @@ def drift(momentum: _Array) -> _Array:
     return np.asarray(np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0]))
 
 
-def _masses_and_inertias(run: Run) -> list[tuple[float, _Array]]:
-    """As plain numbers."""
-    plain = ((getattr(x, "value", x) for x in (body.mass, body.inertia)) for body in run.system.bodies)
-    return [(float(mass), np.asarray(inertia)) for mass, inertia in plain]
-
-
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> _Array:
     """Range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
-    run = system.integrate(state, paper.KW4_SPIN_HOURS, output=spacing, integrator=integrator)
-    spin = np.asarray(getattr(run.spin, "value", run.spin))[:, 1] * (1e5 / 3600.0)
+    run = system.integrate(state, printed.SPIN_HOURS, output=spacing, integrator=integrator)
+    spin = plain(run.spin)[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
-
-
-def with_printed_axes(shape: Literal["ellipsoid", "spheroid"]) -> Numbers:
-    """A year from the semi-axes as Table 2 prints them, by the focal rule."""
-    from ..bodies import Body, Ellipsoid
-    from ..system import System
-
-    system, state = systems.kw4_ho2021(shape, units=True)
-    bodies = [
-        Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=body.mass, name=body.name)
-        for body, (a, b, c) in zip(system.bodies, paper.KW4_AXES, strict=True)
-    ]
-    return measure(System(bodies, G=system.G, units=system.units).integrate(state, paper.KW4_YEAR))
 
 
 def _mean(hours: _Array, values: Any) -> float:
@@ -170,7 +155,7 @@ def _mean(hours: _Array, values: Any) -> float:
 
 def inclination_to_first(run: Run) -> _Array:
     """Angle between the orbit's normal and that at the start, degrees (K,)."""
-    r, v = (np.asarray(getattr(x, "value", x)) for x in (run.position, run.velocity))
+    r, v = plain(run.position), plain(run.velocity)
     normal = np.cross(r[:, 1] - r[:, 0], v[:, 1] - v[:, 0])
     across = np.linalg.norm(np.cross(normal, normal[0]), axis=1)
     return np.asarray(np.rad2deg(np.arctan2(across, normal @ normal[0])))

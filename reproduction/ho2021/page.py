@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .. import paper
-from .._files import replacing
-from .._units import need
-from ..errors import InvalidInput
-from .captions import CAPTIONS
-from .facts import facts
-from .numbers import write_numbers
-from .results import Results, as_numbers, compute, counts
-from .starts import NODAL_HOURS
-from .verdicts import Verdict
+from fullbody import InvalidInput, __version__
+from fullbody._files import check_place, replacing
+from fullbody.commands.kw4 import figures as kw4_figures
+from fullbody.commands.kw4.numbers import write_numbers
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-__all__ = ["Report", "render", "write_report"]
+from . import case_figures, evidence_figures
+from .captions import CAPTIONS
+from .findings import TITLES, findings
+from .judging import Verdict, counts
+from .results import Results, as_numbers, compute
+from .tables import tables
+from .verdicts import judge
+
+__all__ = ["Report", "write_report"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     ----------
     out : str or Path
         Folder; made where there is none. ``report.html`` needs no other file; ``figures/`` holds the same figures as
-        PNG and PDF, ``numbers.json`` every number.
+        PNG and PDF, ``numbers.json`` every number, the verdicts and the findings.
     draft : bool
         Coarser scans and shorter long runs; the page says so.
     progress : bool
@@ -59,33 +61,20 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     Returns
     -------
     Report
-
-    Examples
-    --------
-    >>> from fullbody.reproduce import write_report
-    >>> report = write_report("out/reproduce")  # doctest: +SKIP
-    >>> [verdict.quantity for verdict in report.verdicts if verdict.verdict == "differs"]  # doctest: +SKIP
     """
-    from . import case_figures, evidence_figures, kw4_figures
-
-    # What is missing is said before the work, not after it.
-    for extra, module in (("report", "jinja2"), ("plot", "matplotlib"), ("analysis", "scipy"), ("units", "astropy")):
-        with need(extra, "the report"):
-            import_module(module)
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
         raise InvalidInput(f"out is {str(out)!r}, a file; expected a folder")
     (folder / "figures").mkdir(parents=True, exist_ok=True)
+    # Written last, so that whoever finds the numbers finds the rest.
     numbers, page = folder / "numbers.json", folder / "report.html"
-    # Written last, so that whoever finds it finds the rest; and what cannot be written is known before the work.
     numbers.unlink(missing_ok=True)
-    with replacing(folder / "figures" / "probe") as temporary:
-        temporary.touch()
-    (folder / "figures" / "probe").unlink()
+    check_place(page)
     results = compute(draft=draft, progress=progress)
+    verdicts, found = judge(results), findings(results)
     drawn = {
-        **case_figures.all_figures(results),
-        **kw4_figures.all_figures(results.year_runs),
+        **case_figures.all_figures(results.runs),
+        **kw4_figures.all_figures(results.runs.year),
         **evidence_figures.all_figures(results),
     }
     written = []
@@ -96,38 +85,34 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
                 figure.savefig(temporary, dpi=130)
             written.append(path)
     with replacing(page) as temporary:
-        temporary.write_text(render(results, folder / "figures"), encoding="utf-8")
-    write_numbers(numbers, as_numbers(results))
-    return Report(page, numbers, tuple(written), tuple(results.verdicts))
+        temporary.write_text(_render(results, verdicts, found, folder / "figures"), encoding="utf-8")
+    texts = [{"name": name, "title": TITLES[name], "text": text} for name, text in found.items()]
+    write_numbers(numbers, {**as_numbers(results), "figures": CAPTIONS, "findings": texts, "verdicts": verdicts})
+    return Report(page, numbers, tuple(written), tuple(verdicts))
 
 
-def render(results: Results, figures: Path) -> str:
+def _render(results: Results, verdicts: list[Verdict], found: dict[str, list[str]], figures: Path) -> str:
     """The page, with the figures from a folder inside it."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-
-    from .. import __version__
 
     def picture(name: str) -> str:
         data = base64.b64encode((figures / f"{name}.png").read_bytes()).decode("ascii")
         return f"data:image/png;base64,{data}"
 
     environment = Environment(
-        loader=PackageLoader("fullbody.reproduce", "templates"),
+        loader=FileSystemLoader(Path(__file__).parent),
         autoescape=select_autoescape(),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["e"] = lambda value: f"{value:.1e}"
-    environment.filters["fixed"] = lambda value, digits: "-" if value != value else f"{value:.{digits}f}"
-    template = environment.get_template("report.html")
-    return template.render(
+    return environment.get_template("report.html").render(
         r=results,
-        paper=paper,
+        tables=tables(results),
         picture=picture,
         captions=CAPTIONS,
-        n=facts(results),
-        hours=NODAL_HOURS,
-        counts=dict(counts(results.verdicts)),
+        titles=TITLES,
+        found=found,
+        verdicts=verdicts,
+        counts=counts(verdicts),
         version=__version__,
     )

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from fullbody import Run
+from fullbody.commands.kw4.drawing import figure, floor, largest, positive, power
+from fullbody.plots._style import LINES, grid, legend
 
-from ..plots._style import LINES, grid, legend
-from ..run import Run
 from . import cases
-from ._drawing import figure, floor, largest, positive, power
-
-if TYPE_CHECKING:
-    from .results import Results
+from .results import Runs
 
 __all__ = ["all_figures"]
 
@@ -33,10 +31,10 @@ _THINNED = 5
 _WINDOW = 4.0
 
 
-def all_figures(results: Results) -> dict[str, Any]:
+def all_figures(runs: Runs) -> dict[str, Any]:
     """The figures by name."""
-    steps = results.case_runs
-    drawn = {number: run[::_THINNED] for number, run in results.case_fine.items()}
+    steps = runs.cases
+    drawn = {number: run[::_THINNED] for number, run in runs.fine.items()}
     return {
         "case1": motion(drawn[1], 1),
         "case1_force": force(drawn[1], cases.forces(drawn[1])),

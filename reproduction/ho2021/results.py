@@ -1,0 +1,162 @@
+"""All runs of the report, and everything in them as numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from fullbody import Run, __version__, systems
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4 import year as kw4
+from tqdm.auto import tqdm
+
+from . import cases, orientations, paper, physical, spin, symmetry, years
+
+__all__ = ["Results", "Runs", "as_numbers", "compute"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Effort:
+    """Steps of a scan to either side, orientations tried and refined, inclinations, lengths of the long runs."""
+
+    scan: int = 18
+    tried: int = 2048
+    refined: int = 24
+    inclinations: tuple[float, ...] = (
+        *np.linspace(5.0, 60.0, 12),
+        *np.linspace(120.0, 150.0, 6),
+        156.1,
+        162.0,
+        168.0,
+        174.0,
+        179.0,
+    )
+    late: float = paper.CASES_LATE
+    ways: float = printed.YEAR_HOURS
+
+
+_DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1, 179.0), late=250.0, ways=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """The runs that are drawn: of the cases by number, with every step and finely; of the year; of the states."""
+
+    cases: dict[int, Run]
+    fine: dict[int, Run]
+    year: dict[kw4.Shape, Run]
+    physical: dict[str, Run]
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """All that was computed; angles in degrees, lengths in km, times of 1999 KW4 in hours."""
+
+    draft: bool
+    cases: dict[int, cases.CaseNumbers]
+    #: Of case 2's spins about x and y, by the tilt in place of pi/32.
+    growth: dict[str, float]
+    #: How far case 2's orbits are from coplanar ones, relative to their distance from the centre.
+    from_coplanar: float
+    #: Range of case 1's separation until t = 200, and in the last 200 of the long run.
+    separation: tuple[tuple[float, float], tuple[float, float]]
+    #: By kind of arithmetic, until ``late``.
+    z_motion: dict[str, symmetry.Motion]
+    late: float
+    #: By how it was run (``surface`` and ``focal`` gravity, ``printed_axes``, ``other_g``) and by shape.
+    year: dict[str, dict[kw4.Shape, kw4.Numbers]]
+    #: Largest abs(theta) by run: where the paper's angles come nearest to their pole.
+    theta: dict[str, float]
+    #: Total over orbital energy of the year.
+    energy_ratio: float
+    #: Change of the ellipsoids' angular momentum since the start, relative, medians of the year's first and last
+    #: quarter: from the bodies' ``places``, and with the barycentre's part kept ``apart``.
+    momentum: dict[str, tuple[float, float]]
+    #: How far the barycentre goes in the year.
+    travelled: float
+    ways: list[years.Way]
+    scans: list[spin.Scan]
+    search: orientations.Search
+    readings: list[spin.Reading]
+    nodal: dict[kw4.Shape, years.Nodal]
+    physical: dict[str, physical.Motion]
+    runs: Runs
+
+
+def compute(*, draft: bool = False, progress: bool = False) -> Results:
+    """Run everything."""
+    effort = _DRAFT if draft else _Effort()
+    with tqdm(total=8, disable=not progress, unit="stage") as bar:
+
+        def stage(name: str) -> None:
+            bar.set_description(name)
+            bar.update()
+
+        stage("cases 1 and 2")
+        timed = {number: cases.case(number) for number in (1, 2)}
+        whole = {number: run for number, (run, _) in timed.items()}
+        fine = {number: cases.fine(run) for number, run in whole.items()}
+        stage("motion along z by arithmetic")
+        z_motion, late = symmetry.z_motion(effort.late)
+        stage("the year by surface integrals")
+        surface = {shape: kw4.run_year(shape, "surface") for shape in kw4.SHAPES}
+        year = {shape: run for shape, (run, _) in surface.items()}
+        stage("the year otherwise")
+        numbers = {
+            "surface": {shape: kw4.measure(*run) for shape, run in surface.items()},
+            "focal": {shape: kw4.measure(*kw4.run_year(shape, "focal")) for shape in kw4.SHAPES},
+            "printed_axes": {shape: years.with_printed_axes(shape) for shape in kw4.SHAPES},
+            "other_g": {shape: years.with_g(shape, years.G_HELP) for shape in kw4.SHAPES},
+        }
+        stage("six ways to compute")
+        ways = years.six_ways(effort.ways)
+        stage("starts that give the printed spin")
+        scans = [spin.scan(name, effort.scan) for name in spin.FAMILIES]
+        search = orientations.search(scans, effort.tried, effort.refined)
+        readings = spin.readings(search.minima[0].angles)
+        stage("inclinations of the orbit")
+        nodal = {shape: years.nodal(shape, np.array(effort.inclinations)) for shape in kw4.SHAPES}
+        stage("the physical 1999 KW4")
+        motions, physical_runs = physical.motions()
+    turned = {f"case {number}": run for number, run in fine.items()}
+    turned |= {f"1999 KW4, {shape}s": run for shape, run in year.items()}
+    system, state = systems.kw4_ho2021()
+    energy = system.energy(state)
+    return Results(
+        draft=draft,
+        cases={number: cases.measure(run, fine[number], seconds) for number, (run, seconds) in timed.items()},
+        growth={"pi/16": cases.growth(np.pi / 16), "pi/8": cases.growth(np.pi / 8)},
+        from_coplanar=cases.from_coplanar(),
+        separation=symmetry.late_separation(late),
+        z_motion=z_motion,
+        late=effort.late,
+        year=numbers,
+        theta={name: float(np.rad2deg(np.abs(cases.angles(run)[..., 1]).max())) for name, run in turned.items()},
+        energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
+        momentum=_momentum(year["ellipsoid"]),
+        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * printed.YEAR_HOURS),
+        ways=ways,
+        scans=scans,
+        search=search,
+        readings=readings,
+        nodal=nodal,
+        physical=motions,
+        runs=Runs(whole, fine, year, physical_runs),
+    )
+
+
+def _momentum(run: Run) -> dict[str, tuple[float, float]]:
+    """Medians of the first and the last quarter of the drift of the angular momentum."""
+    drifts = {"places": kw4.drift(kw4.momentum_of_places(run)), "apart": run.angular_momentum_drift}
+    quarter = len(run) // 4
+    return {name: (float(np.median(d[:quarter])), float(np.median(d[-quarter:]))) for name, d in drifts.items()}
+
+
+def as_numbers(results: Results) -> dict[str, Any]:
+    """Everything but the runs."""
+    return {
+        "program": f"fullbody {__version__}",
+        "paper": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
+        **{field.name: getattr(results, field.name) for field in fields(results) if field.name != "runs"},
+    }

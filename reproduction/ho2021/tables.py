@@ -1,0 +1,124 @@
+"""The report's tables beside that of the verdicts, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fullbody.commands.kw4 import printed
+from fullbody.commands.kw4.year import SHAPES
+
+from . import spin
+from .results import Results
+
+__all__ = ["tables"]
+
+#: A table is its header and its rows.
+_Table = tuple[list[str], list[list[str]]]
+
+_AXES = ("x [1e-5 rad/s]", "y", "z")
+_ORBIT = (
+    ("e_max", "largest eccentricity", 4),
+    ("a_min", "smallest semi-major axis, km", 4),
+    ("a_max", "largest, km", 4),
+    ("a_mean", "mean, km", 4),
+    ("period", "mean period, h", 4),
+    ("inclination_period", "between maxima of the inclination, h", 0),
+)
+
+
+def tables(r: Results) -> dict[str, _Table]:
+    """All of them, by name."""
+    made = (_years, _ways, _readings, _families, _physical)
+    return {table.__name__.lstrip("_"): table(r) for table in made}
+
+
+def _fixed(value: float, digits: int) -> str:
+    return "-" if value != value else f"{value:.{digits}f}"
+
+
+def _range(ends: Sequence[float], digits: int) -> str:
+    low, high = (_fixed(end, digits) for end in ends)
+    return "-" if low == "-" else f"[{low}, {high}]"
+
+
+def _years(r: Results) -> _Table:
+    ways = ("surface", "other_g", "printed_axes")
+    head = [
+        "",
+        *(
+            f"{shape}s: {text}"
+            for shape in SHAPES
+            for text in ("printed", "run", "with G = 6.674e-11", "with Table 2's axes")
+        ),
+    ]
+    rows = []
+    for name, text, digits in _ORBIT:
+        cells = [text]
+        for shape in SHAPES:
+            cells.append(_fixed(getattr(printed.YEAR[shape], name), digits))
+            cells += [_fixed(getattr(r.year[way][shape], name), digits) for way in ways]
+        rows.append(cells)
+    spins = ["Beta's spin z in 200 h, 1e-5 rad/s"]
+    for shape in SHAPES:
+        spins.append(_range(printed.SPIN["z"], 2) if shape == "ellipsoid" else "constant")
+        spins += [_range(r.year[way][shape].spin_z, 2) for way in ways]
+    return head, [*rows, spins]
+
+
+def _ways(r: Results) -> _Table:
+    head = ["gravity", "integrator", "attitudes", *_AXES, "between maxima of the inclination [h]"]
+    rows = [
+        [
+            way.gravity,
+            way.integrator,
+            way.chart,
+            *(_range(ends, 4) for ends in way.ranges),
+            _fixed(way.inclination_period, 0),
+        ]
+        for way in r.ways
+    ]
+    return head, rows
+
+
+def _readings(r: Results) -> _Table:
+    head = ["start", *_AXES, "largest difference", "mean semi-major axis of the year [km]", "largest eccentricity"]
+    year = printed.YEAR["ellipsoid"]
+    rows = [["printed", *(_range(ends, 2) for ends in spin.PRINTED), "", f"{year.a_mean:.4f}", f"{year.e_max:.4f}"]]
+    for reading in r.readings:
+        ranges = [_range(ends, 3) for ends in reading.ranges]
+        rows.append([reading.name, *ranges, f"{reading.misfit:.4f}", f"{reading.a_mean:.4f}", f"{reading.e_max:.4f}"])
+    return head, rows
+
+
+def _families(r: Results) -> _Table:
+    head = [
+        "family of starts",
+        "stated",
+        "nearest",
+        "largest difference [1e-5 rad/s]",
+        f"all six within {spin.NEAR:g}e-5",
+    ]
+    rows = []
+    for scan in r.scans:
+        digits = 1 if scan.unit == "deg" else 3
+        ends = " to ".join(_fixed(end, digits + 1) for end in scan.near) if scan.near[0] == scan.near[0] else "nowhere"
+        value, misfit = scan.best
+        rows.append(
+            [scan.name, f"{scan.stated:g} {scan.unit}", f"{value:.{digits}f} {scan.unit}", f"{misfit:.4f}", ends]
+        )
+    return head, rows
+
+
+def _physical(r: Results) -> _Table:
+    head = ["state", "starts from", "e", "libration [deg]", *_AXES]
+    rows = [
+        [
+            name,
+            m.begins,
+            f"{m.e[0]:.4f} to {m.e[1]:.4f}",
+            "none: turns round" if m.libration != m.libration else f"{m.libration:.1f}",
+            *(_range(ends, 2) for ends in m.spin),
+        ]
+        for name, m in r.physical.items()
+    ]
+    return head, rows

@@ -1,0 +1,211 @@
+"""Every number and claim of the paper beside what comes out here, with a verdict."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from fullbody import systems
+from fullbody.commands.kw4 import printed
+
+from . import cases, paper
+from .findings import sine_growth
+from .judging import Judge, Verdict
+from .physical import FLAT, PAPER, TURNED
+from .results import Results
+
+__all__ = ["judge"]
+
+
+def judge(results: Results) -> list[Verdict]:
+    """All verdicts, in the paper's order."""
+    j = Judge()
+    for part in (_cases, _tumbling, _tops, _year, _shapes, _spin, _states, _errors):
+        part(j, results)
+    return j.verdicts()
+
+
+def _times(values: tuple[float, ...], shares: tuple[float, ...]) -> str:
+    found = ", ".join("never" if value != value else f"{value:.0f}" for value in values)
+    return f"{found}: above {', '.join(f'{100 * share:.0f}' for share in shares)} %"
+
+
+def _cases(j: Judge, r: Results) -> None:
+    """What the paper says of both cases."""
+    for number, case in r.cases.items():
+        key = f"case{number}"
+        orders = -math.log10(case.z_max / case.xy_max) if case.z_max else math.inf
+        ours = f"{orders:.1f} orders: {case.z_max:.0e}"
+        j.within(f"{key}.z", ours, orders, 10.5, 11.5, "orders", why="It is zero by symmetry.", see="z")
+        j.within(f"{key}.spin_z", f"changes by {case.spin_z_change:.0e}", case.spin_z_change, high=1e-14)
+        j.bound(f"{key}.energy_error", case.energy_step, paper.CASE_ERRORS)
+        j.bound(f"{key}.momentum_error", case.momentum_step, paper.CASE_ERRORS)
+        j.cpu(f"{key}.cpu", paper.CPU_TIME[key], case.cpu_seconds)
+
+
+def _tumbling(j: Judge, r: Results) -> None:
+    """Case 1."""
+    one = r.cases[1]
+    j.within("case1.force", f"at most {one.xy_force:.1e}", one.xy_force, 0.03, 0.3)
+    j.within("case1.force_z", f"{one.z_force:.0e}", one.z_force, 1e-14, why="It is zero by symmetry.", see="z")
+    phi, _, psi = one.turns
+    note = "Counted in phi and psi. About their own axes of symmetry the bodies do not turn at all."
+    j.within("case1.tumbling", f"{phi:.1f} and {psi:.1f}", min(phi, psi), 2.0, unit="turns each", note=note)
+    ours = f"t = {_times(one.noticeable, cases.NOTICEABLE)} of the total energy"
+    j.leave_open(
+        "case1.rotational",
+        ours,
+        "From which size on it is noticeable the paper does not say; these three are examples.",
+    )
+    ours = f"t = {_times(one.risen, cases.RISEN)} of the largest spin about x or y"
+    j.leave_open(
+        "case1.rise",
+        ours,
+        "From which size on they count as increased the paper does not say; these three are examples.",
+    )
+    if r.late < paper.CASES_LATE:
+        for key in ("case1.z_late", "case1.xy_late"):
+            j.leave_open(key, "not run in a draft", "")
+        return
+    late = {name: float(motion.z[-4:].max()) for name, motion in r.z_motion.items()}
+    ours = f"{late['compensated']:.0e}; from a start with z = 1e-11, {late['seeded']:.0e}"
+    j.within("case1.z_late", ours, late["compensated"], 0.03, 0.3, why="It is zero by symmetry.", see="z")
+    (low, high), (low2, high2) = r.separation
+    ours = f"separation [{low:.2f}, {high:.2f}], in the last 200 [{low2:.2f}, {high2:.2f}]"
+    change = 100 * max(abs(low2 - low) / low, abs(high2 - high) / high)
+    j.within("case1.xy_late", ours, change, high=10.0, unit="% change of its ends")
+
+
+def _tops(j: Judge, r: Results) -> None:
+    """Case 2."""
+    two = r.cases[2]
+    share = two.tilt / (math.pi / 32)
+    j.within("case2.angles", f"largest {share:.3f} pi/32", share, 0.99, 1.01, "pi/32")
+    ours = f"straight to {two.psi_bend:.0e} rad in 400 rad"
+    j.within("case2.psi", ours, two.psi_bend, high=0.01, unit="rad from a straight line")
+    orders = math.log10(2.0 / two.transverse)
+    j.within("case2.transverse", f"{orders:.1f} orders: {two.transverse:.2e}", orders, 2.5, 3.5, "orders")
+    ours = f"{100 * two.transverse_close:.0f} % of the largest tenth near an approach"
+    counted = "above 90 %; near is within a quarter of the time between two approaches"
+    j.claim("case2.peaks", ours, two.transverse_close > 0.9, counted)
+    apart = 100 * r.from_coplanar
+    j.within(
+        "case2.coplanar", f"{apart:.1f} % apart at most", apart, high=10.0, unit="% of the distance from the centre"
+    )
+    growth = r.growth["pi/8"]
+    why = f"The torque goes as sin(2 theta), which grows {sine_growth(math.pi / 8):.2f} times."
+    j.within("case2.four_times", f"{growth:.2f} times", growth, 1.7, 2.3, "times", why=why, see="tilt")
+    low, high = two.rotational_range
+    ours = f"[{low:.6f}, {high:.6f}] against at most {two.translational_max:.3f}"
+    holds = low > two.translational_max and (high - low) / low < 1e-3
+    j.claim("case2.rotational", ours, holds, "constant to 0.1 %")
+
+
+def _year(j: Judge, r: Results) -> None:
+    """The numbers of section 4."""
+    for shape, numbers in r.year["surface"].items():
+        for name in ("e_max", "a_min", "a_max", "a_mean"):
+            j.numbers(f"kw4.{shape}.{name}", "{}", [getattr(numbers, name)])
+        other = r.year["other_g"][shape].period
+        why = f"Run with G = 6.674e-11 in place of 6.67408e-11 it is {other:.4f}."
+        j.numbers(f"kw4.{shape}.period", "{}", [numbers.period], why=why, see="period")
+        ours, said = numbers.inclination_period, printed.YEAR[shape].inclination_period
+        limits = (said - 50.0, said + 50.0)
+        j.within(f"kw4.{shape}.inclination_period", f"{ours:.0f}", ours, *limits, see="inclination")
+        j.cpu(f"kw4.{shape}.cpu", paper.CPU_TIME[shape], numbers.cpu_seconds)
+
+
+def _shapes(j: Judge, r: Results) -> None:
+    """What the shape does."""
+    one, two = (r.year["surface"][shape] for shape in ("ellipsoid", "spheroid"))
+    apart = 100 * max(abs(getattr(two, name) / getattr(one, name) - 1) for name in ("a_min", "a_max", "a_mean"))
+    j.within("kw4.shape_a", f"{apart:.2f} % at most", apart, high=1.0, unit="%")
+    most, mean = 100 * (two.e_max / one.e_max - 1), 100 * (two.e_mean / one.e_mean - 1)
+    largest = [said.e_max for said in printed.YEAR.values()]
+    why = (
+        "What is negligible the paper does not say. By the limit for the semi-major axis it would not hold; but "
+        f"the printed largest eccentricities differ by {100 * (largest[1] / largest[0] - 1):.0f} % too."
+    )
+    j.leave_open("kw4.shape_e", f"{mean:.0f} % of its mean, {most:.0f} % of its largest", why)
+    spin = 100 * float(np.ptp(one.spin_z)) / one.spin_z[0]
+    ours = f"range {spin:.0f} % of its least for ellipsoids, none for spheroids"
+    j.claim("kw4.shape_spin", ours, spin > max(most, apart), "a larger share than the changes of e and a")
+    j.claim("kw4.mean_e", f"{one.e_mean:.5f} and {two.e_mean:.5f}", two.e_mean > one.e_mean)
+    j.claim("kw4.a_order", f"{one.a_mean:.4f} and {two.a_mean:.4f} km", two.a_mean > one.a_mean)
+    power = math.log(two.period / one.period) / math.log(two.a_mean / one.a_mean)
+    why = "By Kepler's third law the power is 3/2. That a larger orbit takes longer stands."
+    j.within("kw4.period_power", f"as its power {power:.2f}", power, 0.9, 1.1, why=why)
+    periods = f"{one.period:.4f} and {two.period:.4f} h"
+    j.claim("kw4.period_order", periods, two.period > one.period)
+    why = "Section 4 and its own numbers say the opposite: a slip in the summary."
+    j.claim("kw4.period_order_5", periods, one.period > two.period, why=why)
+    ours = f"{one.inclination_period:.0f} and {two.inclination_period:.0f} h"
+    j.claim("kw4.inclination_order", ours, one.inclination_period > two.inclination_period)
+
+
+def _spin(j: Judge, r: Results) -> None:
+    """Beta's spin."""
+    year, round_ = (r.year["surface"][shape] for shape in ("ellipsoid", "spheroid"))
+    for axis in "xyz":
+        j.numbers(f"kw4.spin_{axis}", "[{}, {}]", getattr(year, f"spin_{axis}"), see="spin")
+    width = float(np.ptp(round_.spin_z)) * 1e-5
+    j.within("kw4.spheroid.spin_z", f"changes by {width:.0e}", width, high=1e-15, unit="rad/s")
+    x, y = round_.spin_x, round_.spin_y
+    ratio = max(map(abs, x)) / max(map(abs, year.spin_x))
+    why = f"A spheroid's spin has one amplitude in x and y; that in x is {ratio:.1f} times the ellipsoid's."
+    text = f"x [{x[0]:.2f}, {x[1]:.2f}], y [{y[0]:.2f}, {y[1]:.2f}]"
+    j.within("kw4.spheroid.spin_xy", text, ratio, 0.9, 1.1, "times the amplitude in x", why=why)
+    system, _ = systems.kw4_ho2021()
+    rotation, revolution = 2 * math.pi / systems.ho2021.KW4_SPINS[1], 2 * math.pi * math.sqrt(2.548**3 / system.mu())
+    apart = 100 * abs(rotation / revolution - 1)
+    ours = f"{rotation:.2f} and {revolution:.2f} h at the start"
+    j.within("kw4.equal_periods", ours, apart, high=0.5, unit="% apart")
+    why = "The rates are equal, but the orbit runs the other way, retrograde to the spin."
+    locked = not math.isnan(r.physical[PAPER].libration)
+    j.claim("kw4.synchronous", "Beta librates" if locked else "Beta turns round under Alpha", locked, why=why)
+
+
+def _states(j: Judge, r: Results) -> None:
+    """What section 4 compares with Fahnestock & Scheeres (2008)."""
+    e = max(numbers.e_max for numbers in r.year["surface"].values())
+    j.claim("kw4.excited_e", f"{e:.4f}", e < paper.EXCITED_E)
+    spins = {name: r.physical[name].spin for name in (PAPER, "relaxed", "excited")}
+    ours = "width {:.2f}; our relaxed state {:.2f}, excited {:.2f}".format(*(np.ptp(s[2]) for s in spins.values()))
+    why = "The paper gives no numbers of theirs; the width of an excited state is as large as one excites it."
+    j.leave_open("kw4.between_states", ours, why)
+    ours = "about {:.1f}; our relaxed state {:.1f}, excited {:.1f}".format(*(np.mean(s[2]) for s in spins.values()))
+    j.leave_open("kw4.similar_spin", ours, "The paper gives no numbers of theirs, and section 4 speaks of ranges.")
+    large, flat, turned = (float(np.abs(r.physical[name].spin[:2]).max()) for name in (PAPER, FLAT, TURNED))
+    ours = f"{large:.2f}; Beta turned into the orbit's plane {turned:.2f}; i = 180 degrees {flat:.2f} [1e-5 rad/s]"
+    j.claim(
+        "kw4.transverse",
+        ours,
+        max(flat, turned) < 0.1 * large,
+        "less than a tenth without the tilt",
+        see="physical",
+    )
+
+
+def _errors(j: Judge, r: Results) -> None:
+    """Errors of the year and of all runs."""
+    years = r.year["surface"]
+    for shape, numbers in years.items():
+        j.bound(f"kw4.{shape}.energy_error", numbers.energy_step, printed.ERRORS["energy"])
+    one, two = (years[shape].angular_momentum_step for shape in ("ellipsoid", "spheroid"))
+    j.bound("kw4.momentum_error", one, printed.ERRORS["angular_momentum"])
+    j.within("kw4.momentum_error_spheroid", f"{two:.1e} and {one:.1e}", two / one, 0.1, 10.0, "times")
+    first, last = r.momentum["places"]
+    ours = f"{first:.0e} in the first quarter, {last:.0e} in the last"
+    j.claim("kw4.momentum_drift", ours, last > 2 * first, "more than twice as large", see="momentum")
+    steps = [n.energy_step for n in years.values()] + [c.energy_step for c in r.cases.values()]
+    steps += [one, two, *(c.momentum_step for c in r.cases.values())]
+    note = "Section 4 says 1e-11 for the angular momentum of 1999 KW4."
+    j.bound("all.errors", max(steps), paper.CASE_ERRORS, note=note)
+    year = years["ellipsoid"]
+    ours = f"energy of the year, step to step {year.energy_step:.0e}"
+    note = f"From the start it drifts by {year.energy_drift_orbital:.0e} of the orbital energy."
+    j.within(
+        "all.machine", ours, year.energy_step, high=2e-15, unit="(doubles round at 2e-16)", note=note, see="errors"
+    )
+    run, most = max(r.theta.items(), key=lambda item: item[1])
+    j.within("all.pole", f"largest abs(theta) {most:.1f} degrees, in {run}", most, high=89.0, unit="degrees")
