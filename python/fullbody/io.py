@@ -138,7 +138,9 @@ def save(run: Run, path: Any) -> None:
     check_suffix(path, SUFFIXES)
     netcdf()
     dataset = run.to_xarray()
-    dataset.attrs["fullbody_checksum"] = _checksum(dataset.attrs, [dataset[name].values for name in _START])
+    dataset.attrs["fullbody_checksum"] = _checksum(
+        dataset.attrs, [dataset[name].values for name in _START if name in dataset]
+    )
     # HDF5 has no checksums for a number by itself.
     numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
     encoding = {name: _protected(of) for name, of in numbers.items()}
