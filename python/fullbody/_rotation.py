@@ -1,20 +1,23 @@
-"""Turning vectors: quaternions ``[w, x, y, z]`` and matrices of a handful of rotations at set-up and in observables."""
+"""Rotations at set-up and in observables: quaternions ``[w, x, y, z]`` and matrices."""
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from . import _core
 
 _Array = npt.NDArray[np.float64]
 
 
 def turn(axis: int, angle: float) -> _Array:
     """The quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
-    q = np.zeros(4)
-    q[0], q[1 + axis] = np.cos(angle / 2), np.sin(angle / 2)
-    return q
+    angles = [0.0, 0.0, 0.0]
+    angles[axis] = angle
+    return _core.quaternion_of_tait_bryan(angles)
 
 
 def about(axis: Any, angle: float) -> _Array:
@@ -27,11 +30,7 @@ def about(axis: Any, angle: float) -> _Array:
 
 def product(*quaternions: Any) -> _Array:
     """The turns one after another, the last first, as matrices multiply."""
-    w, v = 1.0, np.zeros(3)
-    for q in quaternions:
-        u = np.asarray(q[1:], dtype=np.float64)
-        w, v = w * q[0] - v @ u, w * u + q[0] * v + np.cross(v, u)
-    return np.array([w, *v])
+    return functools.reduce(_core.quaternion_product, quaternions)
 
 
 def quaternion(matrix: Any) -> _Array:
@@ -46,14 +45,9 @@ def quaternion(matrix: Any) -> _Array:
 
 
 def matrices(quaternions: Any) -> _Array:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), body frame to inertial."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternions, dtype=np.float64), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), body frame to inertial."""
+    q = np.asarray(quaternions, dtype=np.float64)
+    return _core.rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
 
 
 def is_rotation(matrix: Any, tolerance: float = 1e-9) -> bool:

@@ -177,27 +177,14 @@ class Body:
     @property
     def mass(self) -> Any:
         """Mass as given, or density times volume."""
-        return self._mass if self._mass is not None else self._density * self._volume("density", self._density)
+        return self._mass if self._mass is not None else self._own("mass", "mass")
 
     @property
     def density(self) -> Any:
         """Density as given, or mass by volume; ``None`` for a point."""
         if self._density is not None:
             return self._density
-        return None if self._shape._lengths is None else self._mass / self._volume("mass", self._mass)
-
-    def _volume(self, what: str, value: Any) -> Any:
-        """The volume, to go with a mass or a density."""
-        a, b, c = self._axes(what, value)
-        return 4.0 / 3.0 * np.pi * a * b * c
-
-    def _axes(self, what: str, value: Any) -> tuple[Any, Any, Any]:
-        """The semi-axes, where both they and a value to go with them have units or neither has."""
-        axes = self._shape._lengths
-        assert axes is not None
-        called = self._name if self._name is not None else "the body"
-        refuse_mixture({f"{what} of {called}": value, **dict(zip(_AXES, axes, strict=True))})
-        return axes
+        return None if self._shape._lengths is None else self._mass / self._own("volume", "volume")
 
     @property
     def inertia(self) -> Any:
@@ -211,15 +198,21 @@ class Body:
         >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
         array([ 5., 10., 13.])
         """
-        if self._shape._lengths is None:
-            return self.mass * 0.0 * np.ones(3)
-        a, b, c = (axis * axis for axis in self._axes("mass", self.mass))
-        moments = [b + c, c + a, a + b]
-        if is_quantity(a):
+        return self._own("inertia", "inertia")
+
+    def _own(self, name: str, dimension: str) -> Any:
+        """A number of the core's body, in the units of the first semi-axis and of the mass or density."""
+        axes: Any = self._shape._lengths or ()
+        what = "mass" if self._density is None else "density"
+        amount: Any = self._mass if self._density is None else self._density
+        called = self._name if self._name is not None else "the body"
+        units = Units()
+        if refuse_mixture({f"{what} of {called}": amount, **dict(zip(_AXES, axes, strict=False))}):
             from astropy import units as u
 
-            return self.mass / 5.0 * u.Quantity(moments)
-        return self.mass / 5.0 * np.array(moments)
+            length = axes[0].unit if axes else u.m
+            units = Units((length, u.s, amount.unit if self._density is None else amount.unit * length**3))
+        return units.attach(getattr(self._core(units, 0), name), dimension)
 
     @property
     def name(self) -> str | None:

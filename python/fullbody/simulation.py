@@ -277,8 +277,8 @@ class Simulation:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
 
         A run that goes on from the file equals the unbroken one bit for bit, on a machine with the same vector
-        instructions (or with ``vector_path="portable"``). Links and permissions are kept as by
-        :meth:`fullbody.Run.save`.
+        instructions (or with ``vector_path="portable"``): states, events, and values between the steps. The file is
+        read by the version of fullbody that wrote it. Links and permissions are kept as by :meth:`fullbody.Run.save`.
 
         Parameters
         ----------
@@ -301,7 +301,8 @@ class Simulation:
         Raises
         ------
         InvalidInput
-            For a file that is not a simulation, is truncated or has been altered; says what is wrong.
+            For a file that is not a simulation, is truncated, has been altered, or was written by another version with
+            another layout; says what is wrong.
         OSError
             Where there is no such file, or none that can be read.
         """

@@ -3,20 +3,10 @@
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin, so that a caller who keeps low
 //! parts loses nothing of them.
 
+use crate::math::rotation::product;
 use crate::math::{Mat3, Vec3};
 
 type Quaternion = [f64; 4];
-
-/// Hamilton's product.
-#[inline]
-fn product(p: Quaternion, q: Quaternion) -> Quaternion {
-    [
-        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
-        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
-        p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
-        p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
-    ]
-}
 
 /// The unit quaternion of a rotation vector, less one.
 fn turn_less_one(turn: Vec3) -> Quaternion {

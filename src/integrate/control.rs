@@ -30,7 +30,7 @@ impl Tolerance {
             }
         }
         if relative + absolute == 0.0 {
-            return Err(Error::invalid("rtol + atol", "0", "at least one of the two above zero"));
+            return Err(Error::invalid("the larger of rtol and atol", "0", "a number above zero"));
         }
         let mut raised = relative.max(Self::FLOOR - absolute);
         if raised + absolute < Self::FLOOR {

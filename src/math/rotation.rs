@@ -29,6 +29,17 @@ pub fn matrix(q: [f64; 4]) -> Mat3 {
     )
 }
 
+/// Hamilton's product: the turn `q` and then the turn `p`.
+#[inline]
+pub fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
+    [
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
+        p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
+    ]
+}
+
 /// The quaternion scaled to length one.
 pub fn normalised(q: [f64; 4]) -> [f64; 4] {
     let unit = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));

@@ -7,6 +7,7 @@ mod descriptions;
 mod errors;
 mod events;
 mod orbits;
+mod rotations;
 mod runs;
 mod systems;
 
@@ -20,6 +21,8 @@ mod _core {
     use super::events::PyCondition;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
+    #[pymodule_export]
+    use super::rotations::{quaternion_of_tait_bryan, quaternion_product, rotation_matrices};
     #[pymodule_export]
     use super::runs::{PyDense, PySimulation, tolerance};
     #[pymodule_export]

@@ -3,6 +3,7 @@
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::descriptions::{from_python, to_python};
+use super::rotations::matrices;
 use crate::dynamics::{State, System};
 use crate::error::Error;
 use crate::math::Vec3;
@@ -86,10 +87,7 @@ impl PyState {
 
     #[getter]
     fn rotation_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        // nalgebra stores columns, numpy rows.
-        let values = self.inner.attitude.iter();
-        let values = values.flat_map(|&q| rotation::matrix(q).transpose().as_slice().to_vec()).collect();
-        array(py, values, &[self.inner.bodies(), 3, 3])
+        matrices(py, &self.inner.attitude)
     }
 
     #[getter]

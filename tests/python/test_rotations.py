@@ -1,0 +1,66 @@
+"""Rotations, volumes and moments that the core gives to the package, against scipy and textbook formulas."""
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody import _rotation
+from scipy.spatial.transform import Rotation
+from support import inertia
+
+RNG = np.random.default_rng(4)
+TURNS = Rotation.random(60, RNG)
+QUATERNIONS = TURNS.as_quat(scalar_first=True)
+
+
+@pytest.mark.parametrize("shape", [(60,), (4, 15), (5, 3, 4)])
+def test_matrices(shape):
+    matrices = _rotation.matrices(QUATERNIONS.reshape(*shape, 4))
+    assert np.abs(matrices - TURNS.as_matrix().reshape(*shape, 3, 3)).max() < 1e-15
+
+
+def test_matrices_of_one_and_of_none():
+    assert np.abs(_rotation.matrices(QUATERNIONS[3]) - TURNS[3].as_matrix()).max() < 1e-15
+    assert _rotation.matrices(np.zeros((0, 4))).shape == (0, 3, 3)
+
+
+def test_products_and_turns():
+    a, b, c = TURNS[:20], TURNS[20:40], TURNS[40:]
+    for k in range(20):
+        expected = (a[k] * b[k] * c[k]).as_matrix()
+        found = _rotation.product(*(one.as_quat(scalar_first=True) for one in (a[k], b[k], c[k])))
+        assert np.abs(_rotation.matrices(found) - expected).max() < 2e-15
+        assert abs(np.linalg.norm(found) - 1) < 1e-15
+    for axis in range(3):
+        for angle in (0.0, 0.3, -2.5, np.pi, 7.0):
+            expected = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
+            assert np.abs(_rotation.matrices(_rotation.turn(axis, angle)) - expected).max() < 2e-15
+
+
+def test_volume_and_inertia_with_and_without_units():
+    axes, density = (0.7, 0.52, 0.31), 1.9
+    volume = 4 * np.pi / 3 * np.prod(axes)
+    body = fullbody.Body(fullbody.Ellipsoid(*axes), density=density)
+    assert body.mass == pytest.approx(density * volume, rel=1e-15)
+    assert body.inertia == pytest.approx(inertia(density * volume, axes), rel=1e-15)
+    body = fullbody.Body(fullbody.Ellipsoid(*axes), mass=2.5)
+    assert body.density == pytest.approx(2.5 / volume, rel=1e-15)
+    # Each size in a unit of its own.
+    shape = fullbody.Ellipsoid(0.7 * u.km, 520 * u.m, 3.1e4 * u.cm)
+    body = fullbody.Body(shape, density=1.9 * u.g / u.cm**3)
+    expected = 1.9e12 * volume
+    assert body.mass.to_value(u.kg) == pytest.approx(expected, rel=1e-14)
+    assert body.inertia.to_value(u.kg * u.km**2) == pytest.approx(inertia(expected, axes), rel=1e-14)
+    body = fullbody.Body(shape, mass=expected * u.kg)
+    assert body.density.to_value(u.g / u.cm**3) == pytest.approx(1.9, rel=1e-14)
+    point = fullbody.Body(fullbody.PointMass(), mass=3 * u.kg)
+    assert (point.inertia == 0 * u.kg * u.m**2).all()
+    assert point.density is None
+    assert (fullbody.Body(fullbody.PointMass(), mass=3.0).inertia == np.zeros(3)).all()
+    for mixed in (
+        fullbody.Body(fullbody.Sphere(1.0), mass=1 * u.kg),
+        fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Moon"),
+    ):
+        for name in ("density", "inertia"):
+            with pytest.raises(fullbody.InvalidInput, match="expected both or neither"):
+                getattr(mixed, name)
