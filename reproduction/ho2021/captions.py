@@ -46,8 +46,7 @@ CAPTIONS = {
     "inclination": (
         "Top: inclination of the orbit to the xy-plane through the year. Bottom: how long the orbit's node takes to "
         "go round the total angular momentum, by the inclination that the orbit starts with; prograde orbits on the "
-        "left, retrograde ones on the right. Where the node does not go round evenly, a bar reaches to the period by "
-        "a run of twice the time."
+        "left, retrograde ones on the right."
     ),
     "z_motion": (
         "Case 1's motion along z by kind of arithmetic: the largest abs(z) of A in windows of 25 units of time."

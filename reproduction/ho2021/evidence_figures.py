@@ -115,9 +115,8 @@ def inclination(results: Results) -> Any:
         own.plot(thinned.time.to_value(u.hour), thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
         # The node of a polar orbit hardly moves, so that prograde and retrograde ones are apart.
         for side, name in ((nodal.inclination < _POLAR, style["label"]), (nodal.inclination > _POLAR, None)):
-            slopes = nodal.inclination[side]
-            by.plot(slopes, nodal.half[side], linewidth=1.5, marker=".", markersize=4.0, **{**style, "label": name})
-            by.vlines(slopes, nodal.half[side], nodal.whole[side], color=style["color"], linewidth=3.0, alpha=0.5)
+            slopes, periods = nodal.inclination[side], nodal.period[side]
+            by.plot(slopes, periods, linewidth=1.5, marker=".", markersize=4.0, **{**style, "label": name})
         period = printed.YEAR[shape].inclination_period
         own.axvline(period, color=style["color"], **_PRINTED)
         edge, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)

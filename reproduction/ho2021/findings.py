@@ -153,12 +153,10 @@ def _inclination(r: Results) -> str:
         The maxima of the inclination to the first orbit's plane are {one.inclination_period:.0f} h (ellipsoids) and
         {two.inclination_period:.0f} h (spheroids) apart, known to some 10 h, where the paper prints about {said[0]:.0f}
         and {said[1]:.0f} h. In this time the orbit's node goes once round the total angular momentum: a straight line
-        through {years.NODAL_HOURS / 2:.0f} h of its motion gives {nodes[0].stated:.0f} and {nodes[1].stated:.0f} h.
+        through {years.NODAL_HOURS:.0f} h of its motion gives {nodes[0].stated:.0f} and {nodes[1].stated:.0f} h.
 
         Of the inclinations tried ({" and ".join(scanned)} degrees) no retrograde one has the printed periods; the
         shortest are {nodes[0].least:.0f} and {nodes[1].least:.0f} h. {found}
-        (From some of them the node does not go round evenly: lines through {years.NODAL_HOURS / 2:.0f} and
-        {years.NODAL_HOURS:.0f} h differ by up to {100 * max(node.uneven for node in nodes):.0f} %.)
 
         The inclination to the xy-plane, another quantity, starts near its largest and is largest again after
         {one.inclination_return:.0f} and {two.inclination_return:.0f} h. A possible explanation is that these times were

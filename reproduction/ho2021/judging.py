@@ -13,38 +13,28 @@ from . import paper
 
 __all__ = ["WORDS", "Judge", "Verdict", "as_printed", "counts"]
 
+#: Equal to the digits printed; a bound or a claim that holds; neither; not decided; CPU times.
 Word = Literal["equal", "holds", "differs", "open", "faster", "slower"]
 WORDS: tuple[Word, ...] = get_args(Word)
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One row of the table.
-
-    Attributes
-    ----------
-    key, where, quantity, printed : str
-        As in :data:`paper.STATEMENTS`.
-    ours : str
-    verdict : {"equal", "holds", "differs", "open", "faster", "slower"}
-        Equal to the digits printed; a bound or a claim that holds; neither; not decided; CPU times.
-    counted : str
-        What the paper's words were counted as, where they leave that open. The limits are the report's own, chosen with
-        the results in sight.
-    why : str
-        Where it differs or is open, why, or what is known; a remark where it holds.
-    see : str
-        The finding that tells more, by its name.
-    """
+    """One row of the table: a statement of the paper's, and what became of it."""
 
     key: str
     where: str
     quantity: str
     printed: str
+    #: What comes out here.
     ours: str
     verdict: Word
+    #: What the paper's words were counted as, where they leave that open. The limits are the report's own, chosen with
+    #: the results in sight.
     counted: str
+    #: Where it differs or is open, why, or what is known; a remark where it holds.
     why: str
+    #: The finding that tells more, by its name.
     see: str
 
 

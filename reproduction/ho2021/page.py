@@ -26,18 +26,7 @@ __all__ = ["Report", "write_report"]
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was written.
-
-    Attributes
-    ----------
-    page : Path
-        ``report.html``, with the figures in it.
-    numbers : Path
-        ``numbers.json``.
-    figures : tuple of Path
-        PNG and PDF.
-    verdicts : tuple of Verdict
-    """
+    """What was written: ``report.html``, with the figures in it; ``numbers.json``; the figures as PNG and PDF."""
 
     page: Path
     numbers: Path

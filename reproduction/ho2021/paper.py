@@ -39,17 +39,7 @@ EXCITED_E = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One thing that the paper says.
-
-    Attributes
-    ----------
-    where : str
-        Section, figure or table.
-    quantity : str
-        Of what.
-    text : str
-        The number as printed, or the words in short.
-    """
+    """One thing that the paper says: where it stands, of what, and the number as printed or the words in short."""
 
     where: str
     quantity: str

@@ -27,26 +27,17 @@ _EXCITED_E, _EXCITED_LIBRATION = 0.03, 10.0
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """One state's motion over ``HOURS``.
+    """One state's motion over ``HOURS``."""
 
-    Attributes
-    ----------
-    begins : str
-        What it starts from.
-    e : tuple
-        Range of the osculating eccentricity.
-    libration : float
-        Half of peak to peak, degrees; NaN where Beta turns round under Alpha.
-    spin : ndarray, (3, 2)
-        Range of Beta's spin, 1e-5 rad/s.
-    tilts : tuple
-        Angles of the poles of Alpha and of Beta from the orbit's normal at the start, degrees.
-    """
-
+    #: What it starts from.
     begins: str
+    #: Range of the osculating eccentricity.
     e: tuple[float, float]
+    #: Half of peak to peak, degrees; NaN where Beta turns round under Alpha.
     libration: float
+    #: Range of Beta's spin, 1e-5 rad/s, (3, 2).
     spin: _Array
+    #: Angles of the poles of Alpha and of Beta from the orbit's normal at the start, degrees.
     tilts: tuple[float, ...]
 
 

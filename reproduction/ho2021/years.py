@@ -44,16 +44,7 @@ def with_g(shape: kw4.Shape, g: float) -> kw4.Numbers:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One way to compute Beta's spin and the period of the inclination.
-
-    Attributes
-    ----------
-    gravity, integrator, chart : str
-    ranges : ndarray, (3, 2)
-        Of Beta's spin, 1e-5 rad/s.
-    inclination_period : float
-        Hours; NaN where the run is too short.
-    """
+    """One way to compute Beta's spin (its range, 1e-5 rad/s) and the period of the inclination (hours)."""
 
     gravity: str
     integrator: str
@@ -93,62 +84,43 @@ def six_ways(until: float = printed.YEAR_HOURS) -> list[Way]:
 
 @dataclass(frozen=True, slots=True)
 class Nodal:
-    """The node's period round the total angular momentum, by the inclination that the orbit starts with.
-
-    Attributes
-    ----------
-    inclination : ndarray, (K,)
-        Degrees.
-    half, whole : ndarray, (K,)
-        Hours, fitted to the first half of ``NODAL_HOURS`` and to all of them.
-    """
+    """The node's period round the total angular momentum, hours, by the orbit's inclination at the start, degrees."""
 
     inclination: _Array
-    half: _Array
-    whole: _Array
+    period: _Array
 
     @property
     def stated(self) -> float:
-        """At the stated inclination, hours."""
-        return float(self.half[self.inclination == systems.ho2021.KW4_SKY["i"]][0])
+        """At the stated inclination."""
+        return float(self.period[self.inclination == systems.ho2021.KW4_SKY["i"]][0])
 
     @property
     def least(self) -> float:
-        """The least of the retrograde orbits scanned, hours."""
-        retrograde = self.inclination > 90
-        return float(min(self.half[retrograde].min(), self.whole[retrograde].min()))
-
-    @property
-    def uneven(self) -> float:
-        """Largest difference of the two fits to one run, relative."""
-        return float(np.abs(self.whole / self.half - 1).max())
+        """The least of the retrograde orbits scanned."""
+        return float(self.period[self.inclination > 90].min())
 
     def prograde(self, period: float) -> float:
-        """The prograde inclination with some period, degrees; NaN where none of those scanned has it."""
+        """The prograde inclination with some period; NaN where none of those scanned has it."""
         # The period grows with the inclination there.
-        slopes, periods = (x[self.inclination < 90] for x in (self.inclination, self.half))
+        slopes, periods = (x[self.inclination < 90] for x in (self.inclination, self.period))
         return float(np.interp(period, periods, slopes, left=np.nan, right=np.nan)) if len(slopes) else float("nan")
 
 
 def nodal(shape: kw4.Shape, inclinations: _Array) -> Nodal:
-    """Let the orbit start with other inclinations."""
+    """Let the orbit start with other inclinations; a straight line through the node's motion gives the period."""
     system, state = systems.kw4_ho2021(shape)
     mu = system.mu()
 
-    def periods(inclination: float) -> list[float]:
-        run = system.integrate(
-            start(state, mu, i=inclination), NODAL_HOURS, output=2.0, integrator=Verner98(1e-10, 1e-10)
-        )
+    def period(inclination: float) -> float:
+        first = start(state, mu, i=inclination)
+        run = system.integrate(first, NODAL_HOURS, output=2.0, integrator=Verner98(1e-10, 1e-10))
         # By hand: the plane of a steep orbit turns too far for the longitudes that observables count by.
         r, v = (x[:, 1] - x[:, 0] for x in (run.position, run.velocity))
         axis = run.angular_momentum[0] / np.linalg.norm(run.angular_momentum[0])
         east = np.cross(axis, [1.0, 0.0, 0.0])
         pole = np.cross(r, v)
         node = np.unwrap(np.arctan2(pole @ np.cross(axis, east), pole @ east))
-        parts = (slice(len(node) // 2 + 1), slice(None))
-        rates = [np.polynomial.Polynomial.fit(run.time[part], node[part], 1).convert().coef[1] for part in parts]
-        return [float(abs(2 * np.pi / rate)) for rate in rates]
+        return float(abs(2 * np.pi / np.polynomial.Polynomial.fit(run.time, node, 1).convert().coef[1]))
 
     with ThreadPoolExecutor() as pool:
-        half, whole = np.array(list(pool.map(periods, inclinations))).T
-    return Nodal(inclinations, half, whole)
+        return Nodal(inclinations, np.array(list(pool.map(period, inclinations))))

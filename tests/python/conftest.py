@@ -1,4 +1,4 @@
-"""Settings of the whole suite: property tests draw the same examples everywhere and every time; costly fixtures."""
+"""Settings of the whole suite, with property tests that draw the same examples everywhere; and costly fixtures."""
 
 import json
 

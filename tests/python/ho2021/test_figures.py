@@ -32,7 +32,7 @@ def evidence(halves):
         for name, (unit, stated, reach, _) in spin.FAMILIES.items()
     ]
     tilts, periods = np.array([45.0, 120.0, 156.1]), np.array([3000.0, 6000.0, 4000.0])
-    nodal = {shape: years.Nodal(tilts, periods - k, periods - k) for k, shape in enumerate(kw4.SHAPES)}
+    nodal = {shape: years.Nodal(tilts, periods - k) for k, shape in enumerate(kw4.SHAPES)}
     return SimpleNamespace(z_motion=motions, scans=scans, nodal=nodal, runs=SimpleNamespace(year=halves))
 
 
