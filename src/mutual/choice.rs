@@ -1,16 +1,12 @@
 //! The choice of a pair's rule, made between steps: by bounds where the bodies are well apart, by comparing rules where
 //! they are close, with hysteresis so that it does not flutter.
 
-use super::pair::{Kernel, Rule};
+use super::rule::{Carrier, Kernel, Rule, RuleMemory};
 use super::{Interaction, Method, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::gravity::Near;
 use crate::math::Vec3;
-use crate::quadrature::{
-    Nodes, Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree,
-};
-use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use crate::quadrature::{Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree};
 
 /// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
 pub const MAX_RULE_DEGREE: usize = 400;
@@ -20,28 +16,6 @@ const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 19
 const SLACK: usize = 3;
 /// Two rules never agree better than this.
 const ROUND_OFF: f64 = 4e-15;
-
-/// A rule's nodes, kept for the next time.
-#[derive(Debug, Clone)]
-pub(super) struct Made {
-    order: Order,
-    surface: bool,
-    point: bool,
-    nodes: Arc<Nodes>,
-}
-
-/// What decides a rule: enough to make it again, bit for bit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RuleMemory {
-    /// 0 where the first body is integrated over.
-    pub integrated: u8,
-    /// Gauss nodes and angles.
-    pub order: [u32; 2],
-    /// The polynomial degree the rule was made for.
-    pub degree: u32,
-    /// Smallest separation that its kernel is made for.
-    pub valid_from: f64,
-}
 
 impl Pair {
     /// The rule in force as an archive keeps it.
@@ -67,7 +41,7 @@ impl Pair {
         let order = Order { gauss: gauss as usize, angles: angles as usize };
         let integrated = usize::from(memory.integrated);
         let kernel = self.kernel(integrated, memory.valid_from);
-        let nodes = self.nodes(integrated, order);
+        let nodes = self.nodes.get(order, self.carrier(integrated));
         self.rule = Some(Rule {
             integrated,
             order,
@@ -237,7 +211,7 @@ impl Pair {
         {
             return;
         }
-        let nodes = self.nodes(integrated, order);
+        let nodes = self.nodes.get(order, self.carrier(integrated));
         // Two spheres attract like points at any distance.
         let everywhere = nodes.len() == 1 && self.bodies[1 - integrated].focal_axes()[0] == 0.0;
         let valid_from = if everywhere { 0.0 } else { 0.9 * reach };
@@ -273,24 +247,15 @@ impl Pair {
         }
     }
 
-    /// The nodes of a rule; each is made once.
-    fn nodes(&mut self, integrated: usize, order: Order) -> Arc<Nodes> {
+    /// What stands for a body in the method's rule.
+    fn carrier(&self, integrated: usize) -> Carrier {
         let set = &self.bodies[integrated];
-        let surface = self.method == Method::Surface && set.ellipsoid().is_some();
-        let point = !surface && set.focal_axes()[0] == 0.0;
-        let made = self
-            .made
-            .iter()
-            .find(|made| made.order == order && made.surface == surface && made.point == point);
-        if let Some(made) = made {
-            return made.nodes.clone();
+        if self.method == Method::Surface && set.ellipsoid().is_some() {
+            Carrier::Surface
+        } else if set.focal_axes()[0] > 0.0 {
+            Carrier::FocalEllipse
+        } else {
+            Carrier::Centre
         }
-        let nodes = Arc::new(match (surface, point) {
-            (true, _) => Nodes::sphere(order),
-            (_, true) => Nodes::centre(),
-            _ => Nodes::focal(order),
-        });
-        self.made.push(Made { order, surface, point, nodes: nodes.clone() });
-        nodes
     }
 }

@@ -10,12 +10,13 @@ mod focal;
 mod method;
 mod multipole;
 mod pair;
+mod rule;
 mod surface;
 
-pub use choice::RuleMemory;
 pub use method::Method;
 pub use multipole::Multipole;
-pub use pair::{BodyGravity, Pair, Rule};
+pub use pair::{BodyGravity, Pair};
+pub use rule::{Rule, RuleMemory};
 
 use crate::math::{Mat3, Vec3};
 

@@ -1,15 +1,14 @@
 //! A pair of bodies with a method, evaluated with the rule in force.
 
-use super::choice::Made;
+use super::rule::{Kernel, NodeStore, Rule};
 use super::{Balance, Interaction, Method, Multipole, Pose, Roles, focal, surface};
-use crate::gravity::{FarCut, FarSeries, FieldKernel, Near};
+use crate::gravity::{FarSeries, FieldKernel};
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{Nodes, Order};
+use crate::quadrature::Order;
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Arch;
-use std::sync::Arc;
 
-/// What of a body's gravity does not depend on the state.
+/// The part of a body's gravity that does not depend on the state.
 #[derive(Debug, Clone)]
 pub struct BodyGravity {
     pub(super) name: String,
@@ -41,34 +40,6 @@ impl BodyGravity {
     }
 }
 
-/// The quadrature in force: which body is integrated over, with which nodes, in which form of the other's field.
-#[derive(Debug, Clone)]
-pub struct Rule {
-    /// 0 where the first body is integrated over.
-    pub integrated: usize,
-    /// The order of the rule.
-    pub order: Order,
-    /// The polynomial degree it was made for.
-    pub(super) degree: usize,
-    pub(super) nodes: Arc<Nodes>,
-    pub(super) kernel: Kernel,
-    /// Smallest separation that the kernel is made for, in the pair's unit.
-    pub(super) valid_from: f64,
-}
-
-impl Rule {
-    /// Number of points.
-    pub fn nodes(&self) -> usize {
-        self.nodes.len()
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Kernel {
-    Far(FarCut),
-    Near(Near),
-}
-
 /// Two bodies and the method of their interaction.
 #[derive(Debug, Clone)]
 pub struct Pair {
@@ -81,7 +52,7 @@ pub struct Pair {
     pub(super) bodies: [BodyGravity; 2],
     multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
-    pub(super) made: Vec<Made>,
+    pub(super) nodes: NodeStore,
 }
 
 impl Pair {
@@ -114,7 +85,7 @@ impl Pair {
             bodies,
             multipole,
             rule: None,
-            made: Vec::new(),
+            nodes: NodeStore::default(),
         }
     }
 
