@@ -122,11 +122,20 @@ def _present(path: Path) -> os.stat_result | None:
         return None
     if stat.S_ISDIR(found.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(found.st_mode) or _is_open_file(path):
         raise OSError(errno.EINVAL, "Not a regular file, which alone can be replaced", str(path))
     if not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
     return found
+
+
+def _is_open_file(path: Path) -> bool:
+    """Whether a name such as /dev/stdout leads to a file that a process has open, and would lose."""
+    while path.is_symlink():
+        path = path.parent / os.readlink(path)
+        if os.path.realpath(path.parent).startswith("/proc/"):
+            return True
+    return False
 
 
 def _take_over(temporary: Path, old: os.stat_result) -> None:

@@ -15,9 +15,6 @@ import xarray as xr
 from fullbody import events
 from support import DATA
 
-#: A reader that goes on for ever is ended together with the tests, since no signal reaches it.
-pytestmark = pytest.mark.timeout(120, method="thread")
-
 
 def small_run(**options):
     system, state = fullbody.systems.case1(**options)

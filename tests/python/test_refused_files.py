@@ -10,9 +10,6 @@ import pytest
 import xarray as xr
 from fullbody import _occurrences, _pieces, events, io
 
-#: A reader that goes on for ever is ended together with the tests, since no signal reaches it.
-pytestmark = pytest.mark.timeout(120, method="thread")
-
 
 @pytest.fixture(scope="module")
 def run():

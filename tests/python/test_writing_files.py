@@ -366,6 +366,25 @@ def test_a_socket_is_not_replaced(tmp_path, monkeypatch):
         assert stat.S_ISSOCK(os.stat("socket").st_mode)
 
 
+def test_standard_output_is_not_replaced(tmp_path):
+    """Where it is a file, what the process prints later would be lost."""
+    script = """
+        import fullbody
+        for name in ("/dev/stdout", "link"):
+            try:
+                fullbody.Simulation(*fullbody.systems.case1()).save(name)
+            except OSError as error:
+                print(error)
+    """
+    (tmp_path / "link").symlink_to("/dev/stdout")
+    with (tmp_path / "printed").open("w") as printed:
+        subprocess.run([sys.executable, "-c", textwrap.dedent(script)], stdout=printed, cwd=tmp_path, check=True)
+    told = (tmp_path / "printed").read_text().splitlines()
+    assert [line.partition("]")[2] for line in told] == [
+        f" Not a regular file, which alone can be replaced: '{name}'" for name in ("/dev/stdout", "link")
+    ]
+
+
 def test_devices_are_not_read(tmp_path):
     """Some have no end."""
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
