@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import fullbody
 import numpy as np
-from fullbody import integrators
+from fullbody.record import integrators
 
 
 def family(quick: bool) -> Iterator[tuple[str, str, integrators.Integrator]]:

@@ -13,9 +13,6 @@ import typing as _typing
 
 from . import events, frames, observables, systems
 from ._core import vector_paths
-from .bodies import Body, Ellipsoid, PointMass, Sphere
-from .dense import Dense, Samples
-from .elements import KeplerElements
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
@@ -28,7 +25,17 @@ from .errors import (
     StepSizeTooSmall,
     UncheckedFile,
 )
-from .integrators import (
+from .files.netcdf import load
+from .model.bodies import Body, Ellipsoid, PointMass, Sphere
+from .model.interactions import Energy, Interactions, Invariants
+from .model.state import State
+from .motion.run import Run, Statistics
+from .motion.simulation import Simulation
+from .motion.system import System
+from .orbit.elements import KeplerElements
+from .peers import from_rebound, read_gubas, read_sians, to_rebound
+from .record.dense import Dense, Samples
+from .record.integrators import (
     DormandPrince54,
     LieGroupVariational,
     SymplecticSplitting,
@@ -37,20 +44,13 @@ from .integrators import (
     Verner87,
     Verner98,
 )
-from .interactions import Energy, Interactions, Invariants
-from .io import load
-from .pair import Component, binary
-from .peers import from_rebound, read_gubas, read_sians, to_rebound
-from .run import Run, Statistics
-from .simulation import Simulation
-from .state import State
-from .system import System
-from .toml_setup import Setup, read_toml
-from .track import Track
+from .record.track import Track
+from .setups.pair import Component, binary
+from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import cli as cli
     from . import plots, view
+    from .commands import cli as cli
 
     __version__: str
 else:

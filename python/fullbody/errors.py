@@ -7,7 +7,7 @@ import warnings
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .motion.run import Run
 
 __all__ = [
     "BodiesOverlap",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fullbody import InvalidInput, __version__
-from fullbody._files import check_place, replacing
+from fullbody.base.atomic import check_place, replacing
 from fullbody.commands.kw4 import figures as kw4_figures
 from fullbody.commands.kw4.numbers import write_numbers
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape

@@ -136,10 +136,10 @@ def test_points_go_on_after_contact_only_if_they_may():
     assert caught.value.run.time[-1] < expected + 0.1
 
 
-@pytest.mark.parametrize("name", fullbody.integrators.__all__)
+@pytest.mark.parametrize("name", fullbody.record.integrators.__all__)
 def test_events_of_every_integrator(name):
-    make = getattr(fullbody.integrators, name)
-    integrator = make(1e-11, 1e-11) if issubclass(make, fullbody.integrators._Adaptive) else make(0.002)
+    make = getattr(fullbody.record.integrators, name)
+    integrator = make(1e-11, 1e-11) if issubclass(make, fullbody.record.integrators._Adaptive) else make(0.002)
     system, state = ellipse(mean_anomaly=-1.0)
     near = events.Periapsis(terminal=True)
     run = system.integrate(state, 20.0, integrator=integrator, events=[near])

@@ -5,7 +5,7 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
-from fullbody import integrators
+from fullbody.record import integrators
 from support import points, worst
 
 KW4 = fullbody.systems.kw4_ho2021("spheroid")

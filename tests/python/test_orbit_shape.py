@@ -136,7 +136,7 @@ def turning(roll, pitch, yaw, span=100.0, apart=0.5, half_turn=None):
         matrix = frame @ rot_z(yaw(time)) @ rot_y(pitch(time)) @ rot_x(roll(time))
         if half_turn is not None:
             matrix = matrix @ np.diag(half_turn)
-        record["attitude"][k, 1] = fullbody._rotation.quaternion(matrix)
+        record["attitude"][k, 1] = fullbody.base.rotations.quaternion(matrix)
     return fullbody.Run(system, record, run.statistics, run.integrator)
 
 

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from fullbody import _occurrences, _pieces, events, io
+from fullbody.files import _pieces, events, io
 
 
 @pytest.fixture(scope="module")

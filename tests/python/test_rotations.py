@@ -4,7 +4,6 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import _rotation
 from scipy.spatial.transform import Rotation
 from support import inertia
 

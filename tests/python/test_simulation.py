@@ -12,7 +12,7 @@ from pathlib import Path
 import fullbody
 import numpy as np
 import pytest
-from fullbody import integrators
+from fullbody.record import integrators
 from support import points
 
 KW4 = fullbody.systems.kw4_ho2021()

@@ -8,7 +8,7 @@ import fullbody
 import numpy as np
 import pytest
 import xarray as xr
-from fullbody.cli import main
+from fullbody.commands.cli import main
 from support import DATA, points
 
 MASSES, G = np.array([0.7, 0.2, 0.1]), 1.3

@@ -377,7 +377,7 @@ def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
     assert fullbody.observables.tumbles(run[:2000]).time is None
     assert (np.degrees(found.largest[1:]) < [30, 45]).all()
     line = run.position[:, 0] - run.position[:, 1]
-    matrix = np.array([fullbody._rotation.matrices(q) for q in run.attitude[:, 1]])
+    matrix = np.array([fullbody.base.rotations.matrices(q) for q in run.attitude[:, 1]])
     cosine = np.sum(matrix[:, :, 0] * line, axis=1) / np.linalg.norm(line, axis=1)
     assert cosine.min() > np.cos(np.radians(50))
 

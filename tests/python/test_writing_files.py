@@ -11,7 +11,7 @@ from pathlib import Path
 
 import fullbody
 import pytest
-from fullbody._files import check_place, replacing
+from fullbody.base.atomic import check_place, replacing
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .. import tables
+from ..base import tables
 from ..errors import FullbodyError
-from ..io import load
-from ..toml_setup import read_toml
+from ..files.netcdf import load
+from ..setups.toml import read_toml
 
 __all__ = ["register"]
 

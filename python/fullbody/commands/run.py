@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .._files import check_place, check_suffix, replacing
-from .._units import from_text
+from ..base.atomic import check_place, check_suffix, replacing
+from ..base.units import from_text
 from ..errors import FullbodyError, Interrupted
-from ..io import SUFFIXES, netcdf
+from ..files.netcdf import SUFFIXES, netcdf
 from ..plots._style import matplotlib
-from ..toml_setup import read_toml
+from ..setups.toml import read_toml
 
 __all__ = ["register"]
 
@@ -37,7 +37,7 @@ def register(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from .. import tables
+    from ..base import tables
 
     setup = read_toml(arguments.file)
     out = setup.file if arguments.out is None else arguments.out

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._units import need
+from ..base.units import need
 from ..errors import InvalidInput
 
 _Array = npt.NDArray[np.float64]

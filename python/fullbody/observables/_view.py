@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from .. import _rotation
-from .._arguments import directions
+from ..base import rotations
+from ..base.arguments import directions
 from ..errors import InvalidInput
 from . import _follow as follow
 from . import _signal as signal
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 _Array = npt.NDArray[np.float64]
 #: Fewer revolutions than these have no mean to speak of; from :data:`WINDOWED` on, a window tells it from what recurs.
@@ -43,7 +43,7 @@ class View:
     def __init__(
         self, run: Run, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
     ) -> None:
-        from ..run import Run
+        from ..motion.run import Run
 
         if not isinstance(run, Run):
             raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
@@ -69,7 +69,7 @@ class View:
                 f"{run.system.names[about]}, or not at all; {what} needs the plane of an orbit"
             )
         self.normal = normal / size[:, None]
-        self.matrix = _rotation.matrices(record["attitude"][:, body])
+        self.matrix = rotations.matrices(record["attitude"][:, body])
         self.spin = record["spin"][:, body]
         self._start = record["angular_momentum"][0]
         if revolutions > 0:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._arguments import named_options
-from .._records import Record
-from ..elements import KeplerElements
+from ..base.arguments import named_options
+from ..base.values import Record
 from ..errors import InvalidInput
+from ..orbit.elements import KeplerElements
 from . import _signal as signal
 from ._follow import Path
 from ._view import REVOLUTIONS, WINDOWED, View
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._records import Record
+from ..base.values import Record
 from ._follow import Path
 from ._view import WINDOWED, View
 from .orbit import motions, passages
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
 

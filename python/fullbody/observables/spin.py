@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._arguments import integer, named_options
-from .._records import Record
-from ..bodies import PointMass
+from ..base.arguments import integer, named_options
+from ..base.values import Record
 from ..errors import InvalidInput
+from ..model.bodies import PointMass
 from . import _signal as signal
 from ._view import NEAREST, REVOLUTIONS, View
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
 

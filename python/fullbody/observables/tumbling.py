@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .._records import Record
-from .._units import Units
+from ..base.units import Units
+from ..base.values import Record
 from ..errors import InvalidInput
 from . import _signal as signal
 from ._view import View
 from .spin import angles, in_orbit_frame
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["Tumbling", "tumbles"]
 

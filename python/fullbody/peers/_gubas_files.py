@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._rotation import is_rotation
+from ..base.rotations import is_rotation
 from ._text import fail, not_negative, number, positive, read_lines
 
 _Array = npt.NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NoReturn
 
-from .._files import content
+from ..base.atomic import content
 from ..errors import InvalidInput
 
 

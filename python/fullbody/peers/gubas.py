@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import named_options
-from .._files import as_path
-from .._rotation import quaternion
-from ..bodies import Body, Ellipsoid, Sphere
+from ..base.arguments import named_options
+from ..base.atomic import as_path
+from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
+from ..model.bodies import Body, Ellipsoid, Sphere
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
     from ._gubas_files import Setup
 
 __all__ = ["read_gubas"]
@@ -104,8 +104,8 @@ def read_gubas(
 
 
 def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tuple[System, State]:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
     try:
         bodies = [

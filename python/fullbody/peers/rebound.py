@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import named_options
-from .._units import Units
-from ..bodies import Body, PointMass, Sphere
+from ..base.arguments import named_options
+from ..base.units import Units
 from ..errors import InvalidInput
+from ..model.bodies import Body, PointMass, Sphere
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["from_rebound", "to_rebound"]
 
@@ -68,8 +68,8 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     >>> fullbody.to_rebound(system, state).particles[1].a
     1.0
     """
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
     # Whoever has a simulation has imported the package.
     rebound = sys.modules.get("rebound")
@@ -177,7 +177,7 @@ def to_rebound(system: System, state: State) -> Any:
     except ImportError as error:
         raise ImportError("to_rebound needs the package rebound: pip install rebound") from error
 
-    from ..system import System
+    from ..motion.system import System
 
     if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")

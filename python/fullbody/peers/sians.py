@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import named_options
-from .._units import Units
-from ..bodies import Body, Ellipsoid, PointMass
-from ..elements import KeplerElements
+from ..base.arguments import named_options
+from ..base.units import Units
 from ..errors import InvalidInput
+from ..model.bodies import Body, Ellipsoid, PointMass
+from ..orbit.elements import KeplerElements
 from ._text import fail, number, read_lines
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["read_sians"]
 
@@ -112,8 +112,8 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     >>> state.position[1]
     array([5., 0., 0.])
     """
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
     names, G, day = _scale(units)
     file = _parse(path)

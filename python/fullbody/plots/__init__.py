@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from .._arguments import named_options
+from ..base.arguments import named_options
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["Plots"]
 

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._units import need
+from ..base.units import need
 from ..errors import InvalidInput
-from ..track import attitudes
+from ..record.track import attitudes
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 Array = npt.NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 

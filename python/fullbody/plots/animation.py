@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._files import check_suffix, replacing
+from ..base.atomic import check_suffix, replacing
 from ..errors import FullbodyError, InvalidInput
 from ._style import check_samples, matplotlib, split_far
 from .between import at
@@ -19,7 +19,7 @@ from .sampling import warn_if_aliased
 from .scene import draw_body, scene, stage, title
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["animate"]
 

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._units import need, scalar
+from ..base.units import need, scalar
 from ..errors import InvalidInput
 from ._style import Array, masses, split_far
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["at", "moment", "track"]
 

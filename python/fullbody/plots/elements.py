@@ -22,7 +22,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 #: Name, symbol, what it is.
 _ROWS = (

@@ -9,7 +9,7 @@ import numpy as np
 from ._style import check_samples, grid, legend, line, single, time_label, times, wishes
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 #: Half the spacing of doubles at 1: no smaller relative change exists.
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)

@@ -26,7 +26,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 #: A body whose yaw passes this goes round under the other one; so it does not librate.
 _ROUND = 2.0 * np.pi

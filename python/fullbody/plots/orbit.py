@@ -26,7 +26,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 

@@ -10,7 +10,7 @@ from ..errors import caution
 from ._style import Array
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["warn_if_aliased"]
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..track import attitudes
+from ..record.track import attitudes
 from ._style import (
     LINES,
     Array,
@@ -25,7 +25,7 @@ from ._style import (
 from .between import at, moment, track
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 #: Body axes reach this far, in units of the longest semi-axis.
 _REACH = 1.7

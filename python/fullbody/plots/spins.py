@@ -25,7 +25,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 
 def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:

@@ -16,7 +16,7 @@ from .orbit import orbit
 from .spins import spins
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import options_of, refuse_unknown
-from .._units import USUAL as UNITS
-from .._units import Units
+from ..base.arguments import options_of, refuse_unknown
+from ..base.units import USUAL as UNITS
+from ..base.units import Units
 from ..errors import InvalidInput
-from ..pair import Component, binary
+from ..setups.pair import Component, binary
 from ._published import Published
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 G = 6.67430e-11 * 1e-9 * 3600.0**2
@@ -32,7 +32,7 @@ def check_frame(frame: str) -> None:
 
 def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """The options of the system to be, with its epoch: its own, or the one asked for where it has none."""
-    from ..system import System
+    from ..motion.system import System
 
     fixed = ("bodies", "G", "units", "frame")
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
@@ -49,8 +49,8 @@ def base_units(units: Wanted) -> tuple[str, str, str] | None:
 
 def in_units(system: System, state: State, units: Wanted) -> tuple[System, State]:
     """A system in km, hour, kg and its state, in the units asked for."""
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
     wanted = Units(units)
     if not wanted.known or wanted == Units(UNITS):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from .._arguments import named_options
+from ..base.arguments import named_options
 from ..errors import InvalidInput
 
 __all__ = ["Published", "Value", "published"]

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import named_options
+from ..base.arguments import named_options
 from ..errors import InvalidInput
-from ..pair import Component
+from ..setups.pair import Component
 from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["didymos", "didymos_after_dart"]
 

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import named_options, options_of, refuse_unknown
-from .._units import Units
-from ..bodies import Body, Ellipsoid
-from ..elements import KeplerElements
+from ..base.arguments import named_options, options_of, refuse_unknown
+from ..base.units import Units
 from ..errors import InvalidInput
+from ..model.bodies import Body, Ellipsoid
+from ..orbit.elements import KeplerElements
 from ._build import Wanted, base_units, in_units, settled
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
 
@@ -268,8 +268,8 @@ def case2(theta_0: Any = np.pi / 32, **options: Any) -> tuple[System, State]:
 
 
 def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, State]:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
     _refuse_frame(options, "this system is dimensionless, and its axes belong to no frame")
     refuse_unknown(
@@ -297,7 +297,7 @@ def _kw4_mu() -> float:
 
 
 def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
-    from ..system import System
+    from ..motion.system import System
 
     if not isinstance(shape, str) or shape not in ("ellipsoid", "spheroid"):
         raise InvalidInput(f"shape is {shape!r}; expected 'ellipsoid' or 'spheroid'")
@@ -308,7 +308,7 @@ def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
 
 
 def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:
-    from ..state import State
+    from ..model.state import State
 
     if units:
         from astropy import units as u

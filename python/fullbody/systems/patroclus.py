@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .._arguments import named_options
-from ..pair import Component
+from ..base.arguments import named_options
+from ..setups.pair import Component
 from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["patroclus_menoetius"]
 

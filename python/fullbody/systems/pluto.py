@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import named_options
-from ..pair import Component
+from ..base.arguments import named_options
+from ..setups.pair import Component
 from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["pluto_charon"]
 

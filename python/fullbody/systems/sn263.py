@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .. import _rotation
-from .._arguments import named_options
-from .._units import Units, numbers
-from ..bodies import Body
-from ..elements import KeplerElements
+from ..base import rotations
+from ..base.arguments import named_options
+from ..base.units import Units, numbers
 from ..errors import InvalidInput
-from ..pair import Component
+from ..model.bodies import Body
+from ..orbit.elements import KeplerElements
+from ..setups.pair import Component
 from ._build import Frame, G, Wanted, base_units, check_frame, in_frame, in_units, settled
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
 __all__ = ["sn263_2001"]
 
@@ -149,8 +149,8 @@ def sn263_2001(
     ('Alpha', 'Beta', 'Gamma')
     """
     from ..frames import attitude, turn_pole
-    from ..state import State
-    from ..system import System
+    from ..model.state import State
+    from ..motion.system import System
 
     check_frame(frame)
     ratios_of = _ratios(axis_ratios)
@@ -181,20 +181,20 @@ def sn263_2001(
         r, v = orbit.to_cartesian(G * mass)
         position[index] = masses @ position / (masses[0] + masses[2]) + r
         velocity[index] = masses @ velocity / (masses[0] + masses[2]) + v
-        plane = _rotation.product(_rotation.turn(2, float(orbit.Omega)), _rotation.turn(0, float(orbit.i)))
+        plane = rotations.product(rotations.turn(2, float(orbit.Omega)), rotations.turn(0, float(orbit.i)))
         attitudes[index] = plane
         if names[index] == "Gamma":
             rates[index] = 2 * np.pi / orbit.period(G * mass)
-            towards = -r @ _rotation.matrices(plane)
-            attitudes[index] = _rotation.product(plane, _rotation.turn(2, float(np.arctan2(towards[1], towards[0]))))
+            towards = -r @ rotations.matrices(plane)
+            attitudes[index] = rotations.product(plane, rotations.turn(2, float(np.arctan2(towards[1], towards[0]))))
     position -= masses @ position / masses.sum()
     velocity -= masses @ velocity / masses.sum()
     if frame == "orbit":
         gamma = _elements("Gamma")
-        back = _rotation.product(_rotation.turn(0, -float(gamma.i)), _rotation.turn(2, -float(gamma.Omega)))
-        matrix = _rotation.matrices(back)
+        back = rotations.product(rotations.turn(0, -float(gamma.i)), rotations.turn(2, -float(gamma.Omega)))
+        matrix = rotations.matrices(back)
         position, velocity = position @ matrix.T, velocity @ matrix.T
-        attitudes = [_rotation.product(back, q) for q in attitudes]
+        attitudes = [rotations.product(back, q) for q in attitudes]
     system = System(bodies, G=G, units=base, frame=frame, **options)
     attach = Units(base).attach
     state = State(

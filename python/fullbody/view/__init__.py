@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import named_options
-from .._files import check_suffix, replacing
+from ..base.arguments import named_options
+from ..base.atomic import check_suffix, replacing
 from ..errors import InvalidInput
 from ..plots._style import check_samples, joined, semi_axes, unit
 from ..plots.between import at, track
 from ..plots.sampling import warn_if_aliased
 
 if TYPE_CHECKING:
-    from ..run import Run
+    from ..motion.run import Run
 
 __all__ = ["View"]
 

@@ -6,7 +6,7 @@ import sys
 import fullbody
 import numpy as np
 import pytest
-from fullbody.cli import main
+from fullbody.commands.cli import main
 from PIL import Image
 from test_toml import KW4, PAIR
 

@@ -10,7 +10,7 @@ import sys
 sys.modules[{missing!r}] = None
 import fullbody
 from fullbody import observables
-from fullbody.cli import main
+from fullbody.commands.cli import main
 system, state = fullbody.systems.case1()
 run = system.integrate(state, 300.0, output=1.0)
 for call in {calls!r}:

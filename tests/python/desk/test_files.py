@@ -89,6 +89,6 @@ def test_settings_of_any_integrator_are_kept(kw4_run, tmp_path):
 
 def test_an_unknown_integrator_is_named(kw4_run, tmp_path, monkeypatch):
     kw4_run.save(tmp_path / "run.nc")
-    monkeypatch.setattr(fullbody.integrators, "__all__", [])
+    monkeypatch.setattr(fullbody.record.integrators, "__all__", [])
     with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not .*integrator is 'Verner98'; expected one of "):
         fullbody.load(tmp_path / "run.nc")

@@ -5,7 +5,7 @@ import json
 import fullbody
 import numpy as np
 import pytest
-from fullbody.cli import main
+from fullbody.commands.cli import main
 from fullbody.commands.kw4 import printed
 from fullbody.commands.kw4 import year as kw4
 

@@ -5,7 +5,7 @@ import re
 import fullbody
 import numpy as np
 import pytest
-from fullbody.toml_setup import __doc__ as MANUAL
+from fullbody.setups.toml import __doc__ as MANUAL
 
 KW4 = """
 [system]

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import fullbody
 import pytest
-from fullbody.cli import main
+from fullbody.commands.cli import main
 from fullbody.commands.kw4 import printed
 
 from reproduction.ho2021 import page, paper

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..._files import replacing
+from ...base.atomic import replacing
 from ...errors import InvalidInput
-from ...integrators import Verner98
-from ...io import netcdf
+from ...files.netcdf import netcdf
+from ...motion.run import Run
 from ...plots._style import matplotlib
-from ...run import Run
+from ...record.integrators import Verner98
 from . import printed
 from .numbers import write_numbers
 from .year import METHODS, SHAPES, Numbers, Shape, measure, run_year

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ...motion.run import Run
 from ...plots._style import LINES, grid, legend, matplotlib
-from ...run import Run
 from . import printed, year
 from .drawing import SHAPES, figure, floor, largest, windows
 

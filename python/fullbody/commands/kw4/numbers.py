@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._files import replacing
+from ...base.atomic import replacing
 
 __all__ = ["as_json", "write_numbers"]
 

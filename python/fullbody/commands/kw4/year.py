@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import systems
-from ...integrators import Integrator, Verner98
-from ...run import Run
+from ...motion.run import Run
+from ...record.integrators import Integrator, Verner98
 from . import printed
 
 __all__ = [

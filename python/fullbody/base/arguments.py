@@ -1,0 +1,229 @@
+"""Checks that many functions share: places of bodies, directions, names of options."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+import operator
+import re
+import unicodedata
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeVar, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidInput, caution
+from .units import Units, gathered, is_quantity, numbers, refuse_masked, strip_to
+
+_T = TypeVar("_T")
+
+_TOLERANCE = "integrator=fullbody.Verner98({}=...)"
+#: Words of other programs, and earlier ones of this, with what stands for them here: a name, then perhaps how to give
+#: it. Of several the first counts that the function at hand has.
+_MEANT: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("primary", "i"), ("about", "i")),
+    **dict.fromkeys(("secondary", "j"), ("body", "j")),
+    "body": ("i",),
+    "about": ("j",),
+    **dict.fromkeys(("t_end", "tend", "tmax", "t_max", "t_final", "end", "duration"), ("until",)),
+    **dict.fromkeys(("t_eval", "times", "spacing", "saveat"), ("output", "time")),
+    **dict.fromkeys(("dt", "h", "step_size", "timestep"), ("step", "output")),
+    **dict.fromkeys(("t", "t0"), ("time",)),
+    **{name: (_TOLERANCE.format(name),) for name in ("rtol", "atol")},
+    **dict.fromkeys(("tol", "tolerance", "eps"), ("rtol", _TOLERANCE.format("rtol"))),
+    **dict.fromkeys(("method", "solver"), ("integrator",)),
+    **dict.fromkeys(("axes", "semiaxes"), ("semi_axes",)),
+    **dict.fromkeys(("inc", "incl", "inclination"), ("i",)),
+    **dict.fromkeys(("raan", "node", "Om"), ("Omega",)),
+    **dict.fromkeys(("argp", "peri", "argument_of_periapsis"), ("omega",)),
+    **dict.fromkeys(("ma", "M0", "mean_anomaly"), ("M", "mean_anomaly")),
+    **dict.fromkeys(("ecc", "eccentricity"), ("e", "eccentricity")),
+    **dict.fromkeys(("sma", "semimajor_axis", "semi_major_axis"), ("a", "semi_major_axis")),
+    "GM": ("mu",),
+    **dict.fromkeys(("r", "x", "pos"), ("position", "radius")),
+    **dict.fromkeys(("v", "vel"), ("velocity",)),
+    **dict.fromkeys(("q", "quat", "quaternion"), ("attitude",)),
+    "angles": ("attitude, or State.from_tait_bryan(angles=...)",),
+    "rotation": ("attitude, or State.from_scipy(rotation=...)",),
+    **dict.fromkeys(("omega", "angular_velocity"), ("spin",)),
+    "m": ("mass",),
+    "rho": ("density",),
+    "period": ("rotation_period",),
+    **dict.fromkeys(("distance", "separation"), ("value", "distance", "semi_major_axis")),
+    "value": ("distance",),
+    **dict.fromkeys(("function", "func"), ("f",)),
+}
+
+
+def integer(value: object) -> int | None:
+    """A whole number of Python or numpy, or ``None``."""
+    try:
+        return None if isinstance(value, bool | np.ma.MaskedArray) else operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return None
+
+
+def place(value: object, names: Sequence[str], what: str) -> int:
+    """The place of a body from its place or name, or an error that says which there are."""
+    if isinstance(value, str):
+        if value in names:
+            return names.index(value)
+        raise InvalidInput(f"{what} is {value!r}; {suggestion(value, names, 'one')}")
+    index = integer(value)
+    if index is None or not 0 <= index < len(names):
+        places = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
+        raise InvalidInput(f"{what} is {value!r}; expected {places}")
+    return index
+
+
+def name_of(value: object) -> str | None:
+    """A body's name: text that files and pictures can hold, or none."""
+    if value is not None and not isinstance(value, str):
+        raise InvalidInput(f"name is {value!r}; expected text")
+    # Control characters, and halves of characters, which no encoding has.
+    if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
+        raise InvalidInput(f"name is {value!r}; expected text without control characters")
+    return value
+
+
+def positive(value: Any, unit: str, what: str) -> Any:
+    """A finite number or Quantity above zero, of a unit like this one where it has any."""
+    refuse_masked(value, what)
+    try:
+        value = gathered(value, what)
+        number = np.asarray(getattr(value, "value", value))
+        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
+            raise InvalidInput(f"{what} is {value!r}; expected")
+    except InvalidInput as error:
+        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero") from error
+    if is_quantity(value):
+        from astropy import units as u
+
+        strip_to(value, u.Unit(unit), what)
+    return value
+
+
+def refuse_mixture(values: dict[str, Any]) -> bool:
+    """Whether all of these have units; an error if only some have."""
+    united = [name for name, value in values.items() if is_quantity(value)]
+    plain = [name for name in values if name not in united]
+    if united and plain:
+        raise InvalidInput(
+            f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
+        )
+    return bool(united)
+
+
+def vectors(value: Any, what: str, one: bool = False) -> Any:
+    """Finite vectors (..., 3), or one (3,), with their unit where they have one."""
+    value = gathered(value, what)
+    array = value if is_quantity(value) else numbers(value, what)
+    if array.shape[-1:] != (3,) or (one and array.ndim != 1):
+        raise InvalidInput(f"{what} has shape {array.shape}; expected {'(3,)' if one else '(..., 3)'}")
+    if not np.isfinite(array).all():
+        raise InvalidInput(f"{what} is {value!r}; expected finite numbers")
+    return array
+
+
+def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float64]:
+    """Vectors of any length above zero and in any unit, as numbers."""
+    array = vectors(value, what, one)
+    plain: npt.NDArray[np.float64] = np.array(array.value if is_quantity(array) else array, dtype=np.float64)
+    if not plain.any(axis=-1).all():
+        raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
+    return plain
+
+
+def doubt_radians(value: Any, what: str) -> None:
+    """Warn of angles in plain numbers that look like degrees: two turns to 3600, with six decimals at most.
+
+    Sums and differences of two angles within a turn stay below two. What a program has computed may be beyond them, an
+    integrated rotation or a mean anomaly, but has all its digits.
+    """
+    value = gathered(value, what, "angle")
+    if is_quantity(value):
+        return
+    sizes = np.abs(numbers(value, what))
+    beyond = sizes[sizes > 4.0 * np.pi]
+    largest = beyond.max(initial=0.0)
+    if 0.0 < largest <= 3600.0 and (np.abs(beyond * 1e6 - np.round(beyond * 1e6)) < 1e-4).all():
+        caution(
+            f"{what} {'is' if np.ndim(value) == 0 else 'has values up to'} {largest:.6g} radians in size, "
+            f"{largest / (2 * np.pi):.3g} turns; give degrees as a Quantity, or as text such as '{largest:.6g} deg'"
+        )
+
+
+def pole(value: Any, what: str) -> tuple[float, float]:
+    """The longitude and latitude of a direction, radians."""
+    expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
+    try:
+        longitude, latitude = value
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{what} is {value!r}; {expected}") from error
+    lon = Units().number(longitude, "angle", f"longitude of {what}")
+    lat = Units().number(latitude, "angle", f"latitude of {what}")
+    if not -np.pi / 2 <= lat <= np.pi / 2:
+        raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
+    doubt_radians(longitude, f"longitude of {what}")
+    return lon, lat
+
+
+def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
+    """What a name that is none of the known ones may have meant, and what there is."""
+    known = list(known)
+    close = _meant(name, known) or difflib.get_close_matches(name, known, 1)
+    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
+
+
+def _meant(name: str, known: Iterable[str]) -> list[str]:
+    """What stands for another program's word, or an earlier one of this, and is known."""
+    return [right for right in _MEANT.get(name, ()) if re.split(r"\W", right)[0] in known]
+
+
+def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
+    """An error for the first name that is none of the known ones."""
+    known = list(known)
+    for name in given:
+        if name not in known:
+            raise InvalidInput(f"{name!r} is no option of {owner}; {suggestion(name, known)}")
+
+
+def options_of(function: Callable[..., Any]) -> list[str]:
+    """The names of a function's arguments of its own."""
+    kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    parameters = inspect.signature(function).parameters.items()
+    return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]
+
+
+def named_options(target: _T) -> _T:
+    """Have a function, or a class and its public methods, answer unknown keywords with an error that knows better.
+
+    In place of Python's TypeError. A function that passes keywords on refuses only those that mean one of its own.
+    """
+    if not isinstance(target, type):
+        function: Any = target
+        return cast(_T, _answering(function, function.__name__))
+    for name, method in list(vars(target).items()):
+        owner = target.__name__ if name == "__init__" else f"{target.__name__}.{name}"
+        if name.startswith("_") and name not in ("__init__", "__call__"):
+            continue
+        if inspect.isfunction(method):
+            setattr(target, name, _answering(method, owner))
+        elif isinstance(method, classmethod | staticmethod):
+            setattr(target, name, type(method)(_answering(method.__func__, owner)))
+    return target
+
+
+def _answering(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
+    known = options_of(function)
+    passes_on = any(p.kind is p.VAR_KEYWORD for p in inspect.signature(function).parameters.values())
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        unknown = [name for name in kwargs if name not in known]
+        refuse_unknown([name for name in unknown if not passes_on or _meant(name, known)], known, owner)
+        return function(*args, **kwargs)
+
+    return call

@@ -1,0 +1,172 @@
+"""Files written whole: under their name stands either the old one or the new one, never half of one."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from ..errors import InvalidInput
+
+__all__ = ["as_path", "check_place", "check_suffix", "content", "replacing"]
+
+#: What systems answer that cannot flush a file of this kind, or cannot open a folder.
+_NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
+
+
+def as_path(path: Any, what: str = "path") -> Path:
+    """The path of an argument."""
+    try:
+        if b"\0" in os.fsencode(path):
+            raise ValueError("no system takes such a name")
+        return Path(path)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{what} is {path!r}; expected the name of a file, as text or a Path") from error
+
+
+def content(path: Any) -> bytes:
+    """All bytes of a file; devices are refused, since some have no end."""
+    with as_path(path).open("rb") as file:
+        if stat.S_ISCHR(os.fstat(file.fileno()).st_mode):
+            raise InvalidInput(f"{path} is a device; expected a file")
+        return file.read()
+
+
+def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
+    """Refuse a name that ends otherwise."""
+    if as_path(path).suffix.lower() not in suffixes:
+        raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(suffixes)}")
+
+
+def check_place(path: Any) -> None:
+    """Refuse a path that :func:`replacing` could not write; for asking before the work.
+
+    Raises
+    ------
+    OSError
+        Of the fitting kind, with the path.
+    """
+    with suppress(_Untouched), replacing(path):
+        raise _Untouched
+
+
+class _Untouched(Exception):
+    """Leaves a block of :func:`replacing` without a file."""
+
+
+@contextmanager
+def replacing(path: Any) -> Iterator[Path]:
+    """A temporary file, put in the place of ``path`` when the block ends without an error.
+
+    The file is on the disk before it replaces the old one. A symbolic link stays, and the file that it points to is
+    replaced. A replaced file's permissions are kept, and its owner where the system allows that; a new file has those
+    that the umask leaves. Other hard links to a replaced file keep the old content.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Yields
+    ------
+    Path
+        An empty file to write to, in the folder of the file to be replaced; it has the ending of ``path``.
+
+    Raises
+    ------
+    InvalidInput
+        Where ``path`` is no name of a file.
+    OSError
+        Where the file cannot be written, before the block where that is known then; names ``path`` alone. Devices,
+        pipes and write-protected files are refused.
+    """
+    path = as_path(path)
+    old = _present(path)
+    target = Path(os.path.realpath(path))
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"no folder {target.parent} to write {target.name} in")
+    # Not from tempfile, whose files nobody else may read; short, since names are limited to 255 bytes.
+    mark = uuid.uuid4().hex
+    temporary = target.with_name(f".{target.stem[:12]}.{mark}.part{target.suffix[:12]}")
+    try:
+        # Made at once, since the block may work for long before it writes. What replaces a private file is private
+        # from its first byte on.
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666 if old is None else 0o600))
+        yield temporary
+        _flush(temporary)
+        if old is not None:
+            _take_over(temporary, old)
+        os.replace(temporary, target)
+        # The new name lies in the folder, which is a file of its own.
+        _flush(target.parent)
+    except BaseException as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        if not isinstance(error, OSError):
+            raise
+        plain = _about(error, path, mark)
+        if plain is error:
+            raise
+        raise plain from None
+
+
+def _present(path: Path) -> os.stat_result | None:
+    """What the system knows of the file that is to be replaced; an error where that may not be."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(found.st_mode) or _is_open_file(path):
+        raise OSError(errno.EINVAL, "Not a regular file, which alone can be replaced", str(path))
+    if not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+    return found
+
+
+def _is_open_file(path: Path) -> bool:
+    """Whether a name such as /dev/stdout leads to a file that a process has open, and would lose."""
+    while path.is_symlink():
+        path = path.parent / os.readlink(path)
+        if os.path.realpath(path.parent).startswith("/proc/"):
+            return True
+    return False
+
+
+def _take_over(temporary: Path, old: os.stat_result) -> None:
+    """Give a file the owner and permissions of another."""
+    new = temporary.stat()
+    if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
+        # Allowed to few.
+        with suppress(OSError):
+            os.chown(temporary, old.st_uid, old.st_gid)
+    os.chmod(temporary, stat.S_IMODE(old.st_mode))
+
+
+def _flush(path: Path) -> None:
+    """Have the system write a file or folder to the disk."""
+    try:
+        place = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(place)
+        finally:
+            os.close(place)
+    except OSError as error:
+        if error.errno not in _NO_FLUSH:
+            raise
+
+
+def _about(error: OSError, path: Path, mark: str) -> OSError:
+    """The error about the wanted path, where it is about the temporary file, whose name carries the mark."""
+    nameless = error.filename is None and error.errno is not None
+    if mark not in str(error) and not nameless:
+        return error
+    if error.errno is None:
+        return OSError(f"{path} cannot be written: {type(error).__name__}")
+    # Python picks the class that belongs to the number.
+    return OSError(error.errno, os.strerror(error.errno), str(path))

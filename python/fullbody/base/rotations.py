@@ -1,0 +1,56 @@
+"""Rotations at set-up and in observables: quaternions ``[w, x, y, z]`` and matrices."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+_Array = npt.NDArray[np.float64]
+
+
+def turn(axis: int, angle: float) -> _Array:
+    """The quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
+    angles = [0.0, 0.0, 0.0]
+    angles[axis] = angle
+    return _core.quaternion_of_tait_bryan(angles)
+
+
+def about(axis: Any, angle: float) -> _Array:
+    """The quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
+    way = np.asarray(axis, dtype=np.float64)
+    # Its largest component first: of one near the limits of floats the squares are none.
+    way = way / np.abs(way).max()
+    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
+
+
+def product(*quaternions: Any) -> _Array:
+    """The turns one after another, the last first, as matrices multiply."""
+    return functools.reduce(_core.quaternion_product, quaternions)
+
+
+def quaternion(matrix: Any) -> _Array:
+    """The quaternion (4,) of a rotation matrix (3, 3); Bar-Itzhack (2000), J. Guid. Control Dyn. 23, 1085."""
+    m = np.asarray(matrix, dtype=np.float64)
+    k = np.zeros((4, 4))
+    k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
+    k[0, 1:] = k[1:, 0] = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+    k[0, 0] = np.trace(m)
+    q: _Array = np.linalg.eigh(k)[1][:, -1]
+    return q if q[0] >= 0.0 else -q
+
+
+def matrices(quaternions: Any) -> _Array:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), body frame to inertial."""
+    q = np.asarray(quaternions, dtype=np.float64)
+    return _core.rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
+
+
+def is_rotation(matrix: Any, tolerance: float = 1e-9) -> bool:
+    """Whether a matrix (3, 3) is orthogonal with determinant one."""
+    m = np.asarray(matrix, dtype=np.float64)
+    return bool(np.abs(m @ m.T - np.eye(3)).max() <= tolerance and np.linalg.det(m) > 0.0)

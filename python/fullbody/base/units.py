@@ -1,0 +1,352 @@
+"""Units at the boundary: Quantities are stripped on the way in and attached on the way out.
+
+``astropy.units`` is imported only once a Quantity or ``units=`` is seen.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidInput
+
+#: Exponents of length, time, mass and angle.
+_DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
+    "length": (1, 0, 0, 0),
+    "time": (0, 1, 0, 0),
+    "mass": (0, 0, 1, 0),
+    "density": (-3, 0, 1, 0),
+    "volume": (3, 0, 0, 0),
+    "inertia": (2, 0, 1, 0),
+    "velocity": (1, -1, 0, 0),
+    "spin": (0, -1, 0, 1),
+    "angle": (0, 0, 0, 1),
+    "force": (1, -2, 1, 0),
+    "torque": (2, -2, 1, 0),
+    "energy": (2, -2, 1, 0),
+    "momentum": (1, -1, 1, 0),
+    "angular momentum": (2, -1, 1, 0),
+    "potential": (2, -2, 0, 0),
+    "acceleration": (1, -2, 0, 0),
+    "G": (3, -2, -1, 0),
+    "mu": (3, -2, 0, 0),
+}
+
+
+#: Units in examples of what a text may be.
+_EXAMPLES = {
+    "length": "km",
+    "time": "h",
+    "mass": "kg",
+    "density": "g/cm3",
+    "velocity": "m/s",
+    "spin": "rad/h",
+    "angle": "deg",
+    "G": "m3/(kg s2)",
+    "mu": "km3/s2",
+}
+#: The units of ``units=True``, and others that a misspelt name may have meant.
+USUAL = ("km", "hour", "kg")
+_KNOWN = (
+    ("km", "m", "cm", "mm", "au", "AU", "R_earth", "R_jup", "R_sun", "lyr", "pc"),
+    ("hour", "h", "hr", "s", "second", "min", "minute", "day", "d", "week", "yr", "year"),
+    ("kg", "g", "t", "M_earth", "M_jup", "M_sun"),
+)
+
+
+#: Plurals and short forms that astropy does not know. A month is not among them, for it has no fixed length.
+_WORDS = {
+    "s": ("seconds", "sec", "secs"),
+    "min": ("minutes", "mins"),
+    "hour": ("hours", "hrs"),
+    "day": ("days",),
+    "week": ("weeks", "wks"),
+    "year": ("years", "yrs"),
+    "deg": ("degrees", "degs"),
+    "rad": ("radians", "rads"),
+    "m": ("meters", "metre", "metres"),
+    "km": ("kilometers", "kilometre", "kilometres", "kms"),
+    "kg": ("kilograms", "kgs"),
+    "g": ("grams",),
+    "t": ("tonnes",),
+}
+
+
+def _read(text: str) -> Any:
+    """The Quantity of a text with a unit as people write it."""
+    from astropy import units as u
+
+    try:
+        return u.Quantity(text)
+    except (TypeError, ValueError):
+        # A list of words for this call alone, which takes half a millisecond.
+        with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
+            return u.Quantity(text)
+
+
+def is_quantity(value: object) -> bool:
+    """Whether a value carries a unit."""
+    return hasattr(value, "unit") and hasattr(value, "to_value")
+
+
+def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
+    """A float array of pure numbers, or an error that names the argument."""
+    value = gathered(value, what)
+    if not is_quantity(value):
+        return _floats(value, what)
+    from astropy import units as u
+
+    try:
+        return _floats(value.to_value(u.dimensionless_unscaled), what)  # type: ignore[attr-defined]
+    except u.UnitConversionError as error:
+        raise InvalidInput(f"{what} has the unit {value.unit}; expected pure numbers") from error  # type: ignore[attr-defined]
+
+
+def _floats(value: object, what: str) -> npt.NDArray[np.float64]:
+    try:
+        kind = np.asarray(value).dtype.kind
+        if value is None or kind not in "biufO" or (kind == "O" and _has_text(value)):
+            raise TypeError("numpy would make it nan, drop the imaginary part, or read the text")
+        return np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
+
+
+def _has_text(value: Any) -> bool:
+    return any(part is None or isinstance(part, str | bytes) for part in np.asarray(value).flat)
+
+
+def gathered(value: Any, what: str, dimension: str = "length") -> Any:
+    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
+
+    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
+    has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.
+    """
+    if isinstance(value, str):
+        return from_text(value, what, dimension)
+    refuse_masked(value, what)
+    if not isinstance(value, list | tuple):
+        return _bare(value)
+    parts = [gathered(part, what, dimension) for part in value]
+    with_units = [part for part in parts if is_quantity(part)]
+    if not with_units:
+        return value
+    if len(with_units) < len(parts):
+        raise InvalidInput(f"{what} mixes Quantities and plain numbers; expected one or the other throughout")
+    from astropy import units as u
+
+    try:
+        return u.Quantity(parts)
+    except (u.UnitConversionError, ValueError, TypeError) as error:
+        raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
+
+
+def _bare(value: Any) -> Any:
+    """The Quantity in a column of a table, of which numpy would drop the unit; the array under an empty mask."""
+    if getattr(value, "unit", None) is not None and hasattr(value, "quantity"):
+        value = value.quantity
+    return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)
+
+
+def refuse_masked(value: Any, what: str) -> None:
+    """Refuse what is masked, an array with masked values, or a list with some."""
+    mask = getattr(value, "mask", None)
+    if isinstance(value, list | tuple):
+        masked = sum(part is np.ma.masked for part in value)
+        size = len(value)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        masked, size = sum(part is np.ma.masked for part in value.flat), value.size
+    elif isinstance(mask, np.ndarray | np.bool_):
+        masked, size = int(np.sum(mask)), np.size(mask)
+    else:
+        return
+    if masked:
+        many = "is masked" if size == 1 else f"has {masked} masked value{'s' if masked > 1 else ''} of {size}"
+        raise InvalidInput(f"{what} {many}; expected numbers throughout")
+
+
+def from_text(text: str, what: str, dimension: str = "length") -> Any:
+    """The Quantity of a text with a unit."""
+    with need("units", "text with a unit"):
+        from astropy import units as u
+
+    unit = _EXAMPLES.get(dimension, "km")
+    try:
+        quantity = _read(text)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(
+            f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 {unit}'"
+        ) from error
+    if quantity.unit == u.dimensionless_unscaled:
+        raise InvalidInput(f"{what} is {text!r}, which has no unit; expected text such as '{text} {unit}', or a number")
+    return quantity
+
+
+@contextmanager
+def need(extra: str, what: str) -> Iterator[None]:
+    """A context in which a missing optional package says which extra has it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        name = (error.name or "").partition(".")[0]
+        raise ModuleNotFoundError(
+            f"{what} needs the package {name}: pip install 'fullbody[{extra}]'", name=name
+        ) from error
+
+
+class Units:
+    """Units of length, time and mass of a system, or none (plain numbers).
+
+    Parameters
+    ----------
+    names : (length, time, mass), bool or None
+        Anything that ``astropy.units.Unit`` takes; ``True`` for km, hour, kg.
+    """
+
+    def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
+        if isinstance(names, np.bool_):
+            names = bool(names)
+        if names is None or names is False:
+            self._base: tuple[Any, Any, Any] | None = None
+            return
+        with need("units", "a system with units"):
+            from astropy import units as u
+
+        try:
+            length, time, mass = USUAL if names is True else names
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
+        parts = zip((length, time, mass), _KNOWN, strict=True)
+        base = tuple(_unit(u.Unit, name, known, names) for name, known in parts)
+        for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
+            if not unit.is_equivalent(expected):
+                raise InvalidInput(
+                    f"units has {str(unit)!r}; expected a unit of {expected.physical_type} there, such as {expected}"
+                )
+        self._base = base
+
+    @property
+    def known(self) -> bool:
+        """Whether results are Quantities."""
+        return self._base is not None
+
+    @property
+    def names(self) -> tuple[str, str, str] | None:
+        """The units as strings."""
+        if self._base is None:
+            return None
+        length, time, mass = self._base
+        return (str(length), str(time), str(mass))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Units) and self.names == other.names
+
+    def __hash__(self) -> int:
+        return hash(self.names)
+
+    def unit(self, dimension: str) -> Any:
+        """The unit of a dimension; radians for angles."""
+        from astropy import units as u
+
+        if self._base is None:
+            raise InvalidInput("this system has no units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
+        length, time, mass = self._base
+        powers = _DIMENSIONS[dimension]
+        return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
+
+    def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
+        """Numbers in this system's units."""
+        value = gathered(value, what, dimension)
+        if not is_quantity(value):
+            return _floats(value, what)
+        from astropy import units as u
+
+        if dimension == "angle":
+            unit = u.rad
+        elif self._base is None:
+            raise InvalidInput(
+                f"{what} has the unit {value.unit}, but the system has no units; "  # type: ignore[attr-defined]
+                "give fullbody.System(..., units=('km', 'hour', 'kg')) or a plain number"
+            )
+        else:
+            unit = self.unit(dimension)
+        if dimension == "spin":
+            refuse_cycles(value.unit, what)  # type: ignore[attr-defined]
+        return strip_to(value, unit, what)
+
+    def number(self, value: object, dimension: str, what: str) -> float:
+        """One finite number in this system's units."""
+        plain = scalar(self.strip(value, dimension, what), what)
+        if not np.isfinite(plain):
+            raise InvalidInput(f"{what} is {value!r}; expected a finite number")
+        return plain
+
+    def attach(self, value: Any, dimension: str) -> Any:
+        """The value as a Quantity, or unchanged where the system has no units."""
+        if self._base is None:
+            return value
+        return value << self.unit(dimension)
+
+    def attach_mu(self, value: float) -> Any:
+        """G times masses of a system, as a Quantity that knows the system's units as long as nothing is done to it."""
+        mu = self.attach(value, "mu")
+        if self.known:
+            mu._units_of_system = self
+        return mu
+
+    @cached_property
+    def gravitational_constant(self) -> float:
+        """Newton's constant (CODATA, as in astropy) in these units."""
+        from astropy import constants
+
+        return float(constants.G.to_value(self.unit("G")))
+
+
+def units_of(mu: Any) -> Units | None:
+    """The units of the system that a Quantity is the mu of, where it is one."""
+    return getattr(mu, "_units_of_system", None)
+
+
+def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
+    """A unit, or an error that names the one that is none."""
+    try:
+        return make(name)
+    except (TypeError, ValueError, OverflowError) as error:
+        close = difflib.get_close_matches(str(name), known, 1)
+        meant = f"did you mean {close[0]!r}? " if close else ""
+        raise InvalidInput(
+            f"units has {name!r}, which is no unit; {meant}expected (length, time, mass), such as {USUAL}"
+        ) from error
+
+
+def refuse_cycles(unit: Any, what: str) -> None:
+    """Refuse a spin in hertz or the like, whose angle is a turn: as a mere 1/time it would count as radians."""
+    from astropy import units as u
+
+    if any(base.is_equivalent(u.Hz) for base in unit.bases):
+        raise InvalidInput(
+            f"{what} has the unit {unit}, cycles by a time; expected an angle by a time, such as rad / h"
+        )
+
+
+def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
+    """Numbers of a Quantity in a unit, or an error that names both units."""
+    from astropy import units as u
+
+    try:
+        return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
+    except u.UnitConversionError as error:
+        raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
+
+
+def scalar(value: npt.NDArray[np.float64], what: str) -> float:
+    """A single number, or an error that names the argument."""
+    if value.ndim != 0:
+        raise InvalidInput(f"{what} has shape {value.shape}; expected a single number")
+    return float(value)

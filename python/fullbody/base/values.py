@@ -1,0 +1,102 @@
+"""Equality of what holds arrays and units, and short texts of it."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from .units import is_quantity
+
+
+def brief(value: Any) -> str:
+    """One line: scalars in full, an array by its shape and range."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{name!r}: {brief(part)}" for name, part in value.items()) + "}"
+    if not isinstance(value, np.ndarray | np.generic):
+        return f"{value}" if is_quantity(value) else repr(value)
+    if value.ndim == 0:
+        return f"{value}"
+    if value.size == 0:
+        return f"<{value.shape}>"
+    plain, unit = np.asarray(getattr(value, "value", value)), getattr(value, "unit", "")
+    return f"<{value.shape}, {plain.min():.6g} to {plain.max():.6g} {unit}".rstrip() + ">"
+
+
+def block(head: str, **parts: Any) -> str:
+    """Many lines: small arrays of vectors to six decimals of each one's largest component, a part a line."""
+    with np.printoptions(precision=6, suppress=False):
+        rows = [f"  {label}={_rounded(value)!s}" for label, value in parts.items()]
+    body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
+    return f"{head}\n{body})"
+
+
+def _rounded(value: Any) -> Any:
+    """Vectors to what is shown of them: round-off beside large components would be printed with all its zeros."""
+    if not np.ndim(value):
+        return value
+    plain = np.asarray(getattr(value, "value", value))
+    largest = np.abs(plain).max(axis=-1, keepdims=True)
+    with np.errstate(divide="ignore"):
+        scale = np.where(largest > 0.0, 10.0 ** np.floor(np.log10(largest)), 1.0)
+    # Zero is added since it turns -0 into 0.
+    rounded = np.round(plain / scale, 6) * scale + 0.0
+    return rounded << value.unit if is_quantity(value) else rounded
+
+
+def same(first: Any, second: Any) -> bool:
+    """Equality that takes arrays as wholes, and nan as equal to itself."""
+    if isinstance(first, dict):
+        return (
+            isinstance(second, dict) and first.keys() == second.keys() and all(same(first[k], second[k]) for k in first)
+        )
+    if isinstance(first, tuple) and isinstance(second, tuple):
+        return len(first) == len(second) and all(map(same, first, second))
+    if is_quantity(first) != is_quantity(second):
+        return False
+    if isinstance(first, np.ndarray | float) or isinstance(second, np.ndarray | float):
+        # Numpy has no numbers of these to compare with.
+        if any(part is None or isinstance(part, str) for part in (first, second)):
+            return first is second
+        return bool(np.array_equal(first, second, equal_nan=True))
+    return bool(first == second)
+
+
+def hashed(value: Any) -> int:
+    """A hash of a scalar that is the same in all units: of a Quantity that of its dimension, for conversions round."""
+    if is_quantity(value):
+        return hash(str(value.si.unit))
+    return hash(value.item() if isinstance(value, np.ndarray) else value)
+
+
+class Alike:
+    """Base of dataclasses (``eq=False``) of scalars with or without units: equal ones have equal hashes."""
+
+    __slots__ = ()
+
+    def _parts(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
+
+    def __eq__(self, other: object) -> bool:
+        return same(self._parts(), other._parts()) if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((type(self), *map(hashed, self._parts())))
+
+
+class Record:
+    """Base of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        parts = (f"{f.name}={brief(getattr(self, f.name))}" for f in fields(self))  # type: ignore[arg-type]
+        return f"{type(self).__name__}({', '.join(parts)})"

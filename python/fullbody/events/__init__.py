@@ -1,0 +1,321 @@
+"""Things to watch for in a run, located on its continuous solution to the last few bits.
+
+Bodies are given by their places in the system or by their names.
+
+Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both; that of growing
+time also where a run goes backwards) and may be ``terminal``: the run then stops there. Functions are sampled several
+times a step, so that contacts that only graze are found; a function that oscillates within an eighth of a step can
+still be missed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from ..base.arguments import directions, integer, named_options, place
+from ..base.units import gathered, numbers, scalar
+from ..base.values import Alike
+from ..errors import InvalidInput
+from ..model.state import State
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = [
+    "Alignment",
+    "Apoapsis",
+    "Contact",
+    "Escape",
+    "Event",
+    "Function",
+    "Occurrence",
+    "Periapsis",
+    "PlaneCrossing",
+    "Separation",
+]
+
+
+@named_options
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Event(Alike):
+    """Base of all events.
+
+    Parameters
+    ----------
+    direction : {-1, 0, 1}
+        1: where the condition's function rises as time grows; -1: where it falls; 0: both.
+    terminal : bool
+        Whether the run stops there.
+    """
+
+    direction: int = 0
+    terminal: bool = False
+
+    def __post_init__(self) -> None:
+        if integer(self.direction) not in (-1, 0, 1):
+            raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
+        if not isinstance(self.terminal, bool | np.bool_):
+            raise InvalidInput(f"terminal is {self.terminal!r}; expected True or False")
+
+    def _place(self, system: System, name: str) -> int:
+        return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
+
+    def _condition(self, system: System) -> _core.Condition:
+        """The condition as the core has it."""
+        raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
+
+    def _watched(self, system: System) -> tuple[_core.Condition, int, bool]:
+        """What the core is told."""
+        return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
+
+
+@dataclass(frozen=True, eq=False)
+class _OfPair(Event):
+    i: int | str = 0
+    j: int | str = 1
+
+    def _pair(self, system: System) -> tuple[int, int]:
+        return self._place(system, "i"), self._place(system, "j")
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Separation(_OfPair):
+    """The centres of bodies i and j are ``value`` apart.
+
+    Parameters
+    ----------
+    i, j : int or str
+        Places in the system, or names.
+    value : float or Quantity
+    direction : {-1, 0, 1}
+        -1 approaching, 1 receding.
+    terminal : bool
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> run = system.integrate(state, 60.0, events=[fullbody.events.Separation(0, 1, 7.9, terminal=True)])
+    >>> run.stop_reason, bool(run.events[0].time == run.time[-1])
+    ('event', True)
+    """
+
+    value: Any = None
+
+    def _condition(self, system: System) -> _core.Condition:
+        value = _length(self.value, system, "value of Separation")
+        return _core.Condition.Separation(*self._pair(system), value)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Contact(_OfPair):
+    """The surfaces of bodies i and j touch, also where they only graze.
+
+    Without it, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` when bodies interpenetrate.
+
+    Parameters
+    ----------
+    i, j : int or str
+        Places in the system, or names.
+    direction : {-1, 0, 1}
+        -1: the bodies come together; 1: they part; 0: both.
+    terminal : bool
+        Whether the run stops there.
+
+    Examples
+    --------
+    Two spheres fall towards each other until they touch.
+
+    >>> import fullbody
+    >>> bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0) for _ in range(2)]
+    >>> system = fullbody.System(bodies, G=1.0)
+    >>> state = fullbody.State(position=[[0, 0, 0], [6, 0, 0]], velocity=[[0, 0, 0], [0, 0, 0]])
+    >>> run = system.integrate(state, 50.0, events=[fullbody.events.Contact(0, 1, direction=-1, terminal=True)])
+    >>> run.stop_reason, round(float(run.position[-1, 1, 0] - run.position[-1, 0, 0]), 12)
+    ('event', 2.0)
+    """
+
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Contact(*self._pair(system))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Periapsis(_OfPair):
+    """The centres of bodies i and j are nearest.
+
+    Parameters
+    ----------
+    i, j : int or str
+    terminal : bool
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 40.0, output=40.0, events=[fullbody.events.Periapsis(0, 1)])
+    >>> len(run.events) > 0
+    True
+    """
+
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Periapsis(*self._pair(system))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Apoapsis(_OfPair):
+    """The centres of bodies i and j are furthest apart.
+
+    Parameters
+    ----------
+    i, j : int or str
+    terminal : bool
+    """
+
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Apoapsis(*self._pair(system))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class PlaneCrossing(Event):
+    """The centre of body i goes through a plane.
+
+    Parameters
+    ----------
+    i : int or str
+    j : int, str or None
+        The body whose centre the plane holds; ``None``: the origin.
+    normal : array_like, (3,)
+        Inertial, of any length. With the z-axis the crossings are the nodes; ``direction=1`` is the ascending one.
+    direction : {-1, 0, 1}
+    terminal : bool
+    """
+
+    i: int | str = 1
+    j: int | str | None = 0
+    normal: Any = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        normal = directions(self.normal, "normal of PlaneCrossing", one=True)
+        object.__setattr__(self, "normal", tuple(float(component) for component in normal))
+
+    def _condition(self, system: System) -> _core.Condition:
+        reference = None if self.j is None else self._place(system, "j")
+        return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Escape(_OfPair):
+    """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
+
+    Parameters
+    ----------
+    i, j : int or str
+    distance : float or Quantity
+    direction : {-1, 0, 1}
+        1: the pair comes to be so; -1: it ceases to.
+    terminal : bool
+    """
+
+    distance: Any = None
+
+    def _condition(self, system: System) -> _core.Condition:
+        distance = _length(self.distance, system, "distance of Escape")
+        return _core.Condition.Escape(*self._pair(system), distance)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Alignment(_OfPair):
+    """The angle between body i's long axis and the line to body j is smallest.
+
+    Parameters
+    ----------
+    i, j : int or str
+    terminal : bool
+    """
+
+    def _condition(self, system: System) -> _core.Condition:
+        return _core.Condition.Alignment(*self._pair(system))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Function(Event):
+    """A function of the state goes through zero.
+
+    Parameters
+    ----------
+    f : callable
+        Takes a :class:`fullbody.State`, gives a finite number or Quantity; anything else ends the run in
+        :class:`fullbody.InvalidInput`.
+    direction : {-1, 0, 1}
+        1: it rises through zero as time grows; -1: it falls.
+    terminal : bool
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> crossing = fullbody.events.Function(lambda s: s.position[0, 0], terminal=True)
+    >>> run = system.integrate(state, 200.0, events=[crossing])
+    >>> bool(abs(run[-1].position[0, 0]) < 1e-12)
+    True
+    """
+
+    f: Callable[[State], Any] = field(default=lambda state: 1.0)
+
+    def _condition(self, system: System) -> _core.Condition:
+        if not callable(self.f):
+            raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
+
+        what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
+
+        def call(core: Any) -> float:
+            state = State._wrap(core, system)
+            value = gathered(self.f(state), what)
+            number = scalar(numbers(getattr(value, "value", value), what), what)
+            if not math.isfinite(number):
+                raise InvalidInput(f"{what} is {number} at time {state.time}; expected a finite number")
+            return number
+
+        return _core.Condition.Function(call)
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """An event that happened.
+
+    Attributes
+    ----------
+    event : Event
+        The one that was asked for.
+    time : float or Quantity
+    state : State
+    """
+
+    event: Event
+    time: Any
+    state: State
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+def _length(value: Any, system: System, what: str) -> float:
+    if value is None:
+        raise InvalidInput(f"{what} is not given; expected a length")
+    return system._units.number(value, "length", what)

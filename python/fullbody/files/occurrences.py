@@ -1,0 +1,142 @@
+"""What happened in a run, as variables of a dataset and back."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .. import _core, events
+from ..base.units import is_quantity
+from ..errors import InvalidInput
+from ..events import Event, Occurrence
+from ..model.state import State
+from ..motion.run import Run
+from ..motion.system import System
+from .stored import Stored, check_order, check_unit
+
+__all__ = ["asked_for", "from_file", "to_dataset"]
+
+#: Variables: dimensions after the event's, dimension of the unit, meaning.
+_VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
+    "time": ((), "time", "times of the events"),
+    "position": (("body", "axis"), "length", "centres at the events, inertial frame"),
+    "velocity": (("body", "axis"), "velocity", "velocities of the centres at the events, inertial frame"),
+    "attitude": (("body", "quaternion"), None, "unit quaternions at the events, body frame to inertial"),
+    "spin": (("body", "axis"), "spin", "angular velocities at the events, body frames"),
+}
+_KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")]
+
+
+@dataclasses.dataclass(frozen=True)
+class Unstored:
+    """A user's function, of which a file keeps the name alone."""
+
+    name: str
+
+    def __call__(self, state: State) -> float:
+        """Refuse: the function itself is not there."""
+        raise InvalidInput(f"the function {self.name} is not in the file of its run, only its name; give it again")
+
+
+def to_dataset(
+    run: Run, attributes: Callable[[str | None, str], dict[str, str]]
+) -> tuple[dict[str, Any], dict[str, Any], str]:
+    """Variables, coordinates, and the events that were asked for as JSON; without any of the first where none happened.
+
+    ``attributes`` gives a variable's from the dimension of its unit and its meaning.
+    """
+    asked: list[Event] = []
+    places = []
+    for happened in run.events:
+        # By identity: comparing events would compare arrays and functions in them.
+        known = [k for k, event in enumerate(asked) if event is happened.event]
+        places.append(known[0] if known else len(asked))
+        asked += [] if known else [happened.event]
+    text = json.dumps([_describe(event) for event in asked])
+    if not asked:
+        return {}, {}, text
+    states = [happened.state._in(run.system._units) for happened in run.events]
+    variables: dict[str, Any] = {"event_asked": ("event", places, {"long_name": "place in fullbody_events"})}
+    for name, (dims, dimension, meaning) in _VARIABLES.items():
+        values = np.array([getattr(state, name) for state in states])
+        variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
+    labels = [type(happened.event).__name__ for happened in run.events]
+    coordinates = {
+        "event": ("event", labels, {"long_name": "what happened"}),
+        "event_time": variables.pop("event_time"),
+    }
+    return variables, coordinates, text
+
+
+def asked_for(described: list[dict[str, Any]], system: System) -> list[Event]:
+    """The events that were asked for."""
+    asked = [_rebuild(event) for event in described]
+    for event in asked:
+        # Refuses what the system has no bodies or units for, as a run would.
+        event._condition(system)
+    return asked
+
+
+def from_file(stored: Stored, system: System, asked: list[Event]) -> list[Occurrence]:
+    """The events of a run's file; none in files that keep none."""
+    if not asked:
+        return []
+    places = stored.numbers("event_asked", {"event": None}, whole=True)
+    sizes = {"event": len(places), "body": len(system), "axis": 3, "quaternion": 4}
+    record = {
+        name: stored.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
+        for name, (dims, _, _) in _VARIABLES.items()
+    }
+    check_order(record["time"], "event_time", repeated=True)
+    check_unit(record["attitude"], "event_attitude")
+    happened = []
+    for k, place in enumerate(places):
+        if not 0 <= place < len(asked):
+            raise InvalidInput(f"event_asked has {place}; expected 0 to {len(asked) - 1}, a place in fullbody_events")
+        arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
+        core = _core.State(float(record["time"][k]), *arrays)
+        state = State._wrap(core, system)
+        happened.append(Occurrence(asked[int(place)], state.time, state))
+    return happened
+
+
+def _describe(event: Event) -> dict[str, Any]:
+    """Kind and parameters of an event as JSON has them."""
+
+    def plain(value: Any) -> Any:
+        if is_quantity(value):
+            return {"value": np.asarray(value.value).tolist(), "unit": str(value.unit)}
+        if isinstance(value, Unstored):
+            return {"function": value.name}
+        if callable(value):
+            return {"function": getattr(value, "__qualname__", type(value).__name__)}
+        return np.asarray(value).tolist()
+
+    parameters = {entry.name: plain(getattr(event, entry.name)) for entry in dataclasses.fields(event)}
+    return {"kind": type(event).__name__, **parameters}
+
+
+def _rebuild(described: dict[str, Any]) -> Event:
+    """The event of such a description."""
+
+    def full(value: Any) -> Any:
+        if isinstance(value, list):
+            return tuple(value)
+        if not isinstance(value, dict):
+            return value
+        if "function" in value:
+            return Unstored(value["function"])
+        from astropy import units as u
+
+        return u.Quantity(value["value"], value["unit"])
+
+    parameters = {name: full(value) for name, value in described.items()}
+    kind = parameters.pop("kind")
+    if kind not in _KINDS:
+        raise InvalidInput(f"event is {kind!r}; expected one of {', '.join(_KINDS)}")
+    event: Event = getattr(events, kind)(**parameters)
+    return event

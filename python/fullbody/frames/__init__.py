@@ -1,0 +1,243 @@
+"""Reference frames: directions, poles and attitudes between the ecliptic, the equator and any frame of astropy.
+
+A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"equatorial"`` (the ICRS), or is a frame of
+astropy that differs from them by a rotation alone (``"galactic"``, ``BarycentricMeanEcliptic(equinox="J2015")``); those
+that move, or belong to an observer, are refused. Only directions are turned: the origin stays the system's own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import rotations
+from ..base.arguments import directions, doubt_radians, named_options, pole
+from ..base.arguments import vectors as _vectors
+from ..base.units import Units, is_quantity
+from ..errors import InvalidInput
+from ..model.state import State
+
+__all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_pole", "turn_state"]
+
+_Array = npt.NDArray[np.float64]
+_NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
+_EXPECTED = (
+    "expected 'ecliptic', 'equatorial' or a frame of astropy that differs from them by a rotation alone: 'galactic', "
+    "'supergalactic', 'fk5', 'fk4noeterms', 'barycentrictrueecliptic', BarycentricMeanEcliptic(equinox='J2015')"
+)
+
+
+@named_options
+def rotation(origin: Any, target: Any) -> _Array:
+    """The matrix that turns components in one frame into components in another.
+
+    Parameters
+    ----------
+    origin, target : str or astropy frame
+        See :mod:`fullbody.frames`.
+
+    Returns
+    -------
+    ndarray, (3, 3)
+
+    Raises
+    ------
+    InvalidInput
+        For a frame that astropy does not know, or one that does not differ by a rotation alone.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.frames.rotation("equatorial", "ecliptic")[2, 1:].round(6)
+    array([-0.397777,  0.917482])
+    """
+    from astropy import units as u
+    from astropy.coordinates import ConvertError, SkyCoord, UnitSphericalRepresentation
+
+    if origin is None or target is None:
+        # Astropy takes the ICRS for None.
+        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
+    start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
+    axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)
+    try:
+        turned = SkyCoord(axes, frame=start).transform_to(end)
+        matrix = np.array(turned.cartesian.xyz.value, dtype=np.float64)
+    # A frame that needs an observer or a time fails inside astropy where they should be: an AttributeError.
+    except (ValueError, TypeError, AttributeError, ConvertError) as error:
+        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
+    if not rotations.is_rotation(matrix):
+        raise InvalidInput(f"the frames {origin!r} and {target!r} differ by more than a rotation; {_EXPECTED}")
+    return matrix
+
+
+@named_options
+def turn(vectors: Any, origin: Any, target: Any) -> Any:
+    """Vectors given in one frame, in another.
+
+    Parameters
+    ----------
+    vectors : array_like or Quantity, (..., 3)
+    origin, target : str or astropy frame
+
+    Returns
+    -------
+    ndarray or Quantity, (..., 3)
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.frames.turn([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
+    array([-0.397777,  0.917482])
+    """
+    return _vectors(vectors, "vectors") @ rotation(origin, target).T
+
+
+@named_options
+def turn_state(state: State, origin: Any, target: Any) -> State:
+    """A state given in one frame, in another: positions, velocities and attitudes; spins are along the bodies' axes.
+
+    Parameters
+    ----------
+    state : State
+    origin, target : str or astropy frame
+
+    Returns
+    -------
+    State
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> state = fullbody.State(position=[[0, 0, 1]], velocity=[[0, 0, 0]])
+    >>> fullbody.frames.turn_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
+    array([-0.397777,  0.917482])
+    """
+    if not isinstance(state, State):
+        raise InvalidInput(f"state is {state!r}; expected a State")
+    matrix = rotation(origin, target)
+    turning = rotations.quaternion(matrix)
+    return state.replace(
+        position=state.position @ matrix.T,
+        velocity=state.velocity @ matrix.T,
+        attitude=np.array([rotations.product(turning, q) for q in state.attitude]),
+    )
+
+
+@named_options
+def pole_vector(longitude: Any, latitude: Any) -> _Array:
+    """The unit vector of a longitude and latitude (or right ascension and declination).
+
+    Parameters
+    ----------
+    longitude, latitude : float or Quantity
+        Radians as floats.
+
+    Returns
+    -------
+    ndarray, (3,)
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> fullbody.frames.pole_vector(np.pi / 2, 0.0).round(12)
+    array([0., 1., 0.])
+    """
+    lon, lat = pole((longitude, latitude), "the direction")
+    return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+
+
+@named_options
+def pole_angles(vector: Any) -> tuple[Any, Any]:
+    """Longitude from 0 to 2 pi and latitude, radians, of a direction.
+
+    Parameters
+    ----------
+    vector : array_like or Quantity, (..., 3)
+        Of any length above zero and in any unit.
+
+    Returns
+    -------
+    longitude, latitude : float or ndarray
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.frames.pole_angles([0.0, 3.0, 3.0])
+    (np.float64(1.5707963267948966), np.float64(0.7853981633974483))
+    """
+    x, y, z = np.moveaxis(directions(vector, "vector"), -1, 0)
+    return np.mod(np.arctan2(y, x), 2 * np.pi), np.arctan2(z, np.hypot(x, y))
+
+
+@named_options
+def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
+    """A pole's longitude and latitude in another frame.
+
+    Parameters
+    ----------
+    longitude, latitude : float or Quantity
+    origin, target : str or astropy frame
+
+    Returns
+    -------
+    longitude, latitude : float or Quantity
+        Radians; Quantities where ``longitude`` is one.
+
+    Examples
+    --------
+    The pole of the ecliptic has the declination 90 degrees minus the obliquity.
+
+    >>> import astropy.units as u, fullbody
+    >>> ra, dec = fullbody.frames.turn_pole(0 * u.deg, 90 * u.deg, "ecliptic", "equatorial")
+    >>> ra.to(u.deg).round(4), dec.to(u.deg).round(4)
+    (<Quantity 270. deg>, <Quantity 66.5607 deg>)
+    """
+    result = pole_angles(turn(pole_vector(longitude, latitude), origin, target))
+    if not is_quantity(longitude):
+        return result
+    from astropy import units as u
+
+    return result[0] * u.rad, result[1] * u.rad
+
+
+@named_options
+def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
+    """The attitude of a body from the longitude and latitude of its pole (its z-axis).
+
+    Parameters
+    ----------
+    longitude, latitude : float or Quantity
+        Of the body's z-axis, in the frame that the state is in.
+    angle : float or Quantity
+        From the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis: W of the
+        IAU's rotational elements.
+
+    Returns
+    -------
+    ndarray, (4,)
+        Unit quaternion ``[w, x, y, z]``, body frame to the frame of the pole.
+
+    References
+    ----------
+    Archinal et al. (2018), Celest. Mech. Dyn. Astron. 130, 22, doi:10.1007/s10569-017-9805-5.
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> q = fullbody.frames.attitude(0.3, 0.2)
+    >>> state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], attitude=[q])
+    >>> np.allclose(state.rotation_matrix[0, :, 2], fullbody.frames.pole_vector(0.3, 0.2))
+    True
+    """
+    lon, lat = pole((longitude, latitude), "pole")
+    w = Units().number(angle, "angle", "angle")
+    doubt_radians(angle, "angle")
+    return rotations.product(
+        rotations.turn(2, lon + np.pi / 2), rotations.turn(0, np.pi / 2 - lat), rotations.turn(2, w)
+    )
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,499 @@
+"""The state of a system."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .. import _core
+from ..base import rotations
+from ..base.arguments import directions, doubt_radians, named_options, place, refuse_unknown, vectors
+from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
+from ..base.values import block
+from ..errors import InvalidInput, caution
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["State"]
+
+_FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
+
+
+@named_options
+class State:
+    """Position, velocity, attitude and spin of every body at a time.
+
+    A state does not change and its arrays are read-only: :meth:`replace` makes another, ``state.position.copy()`` an
+    array to write in.
+
+    Parameters
+    ----------
+    position : array_like or Quantity, (N, 3)
+        Centres, inertial frame.
+    velocity : array_like or Quantity, (N, 3)
+        Velocities of the centres, inertial frame. With a unit where the positions have one; zeros need none.
+    attitude : array_like, (N, 4), optional
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length, with a
+        warning where that changes them by more than a thousandth. Without them the body frames are parallel to the
+        inertial one.
+    spin : array_like or Quantity, (N, 3), optional
+        Angular velocities in the body frames, radians per unit time (also where a unit is 1/time); zero if not given.
+    time : float or Quantity
+        Time in the system's units.
+
+    Raises
+    ------
+    InvalidInput
+        For values that are not finite, wrong shapes, a quaternion of length zero, and where only some of position,
+        velocity, spin and time have units: zeros need none.
+
+    Warns
+    -----
+    InconsistentInput
+        For a quaternion whose length is not 1.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> state = fullbody.State(position=[[0, 0, 0], [2.5, 0, 0]], velocity=[[0, 0, 0], [0, 0.9, 0]])
+    >>> state.attitude
+    array([[1., 0., 0., 0.],
+           [1., 0., 0., 0.]])
+    """
+
+    __slots__ = ("_core", "_names", "_units")
+
+    def __init__(
+        self,
+        position: Any,
+        velocity: Any,
+        attitude: Any = None,
+        spin: Any = None,
+        time: Any = 0.0,
+    ) -> None:
+        self._names: tuple[str, ...] = ()
+        values, self._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
+        if attitude is None:
+            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(values["position"])), 1))
+        attitude = numbers(attitude, "attitude")
+        self._core = _core.State(
+            scalar(values["time"], "time"), values["position"], values["velocity"], attitude, values["spin"]
+        )
+        _doubt_lengths(attitude)
+
+    @classmethod
+    def from_tait_bryan(
+        cls,
+        position: Any,
+        velocity: Any,
+        angles: Any,
+        spin: Any = None,
+        time: Any = 0.0,
+    ) -> State:
+        """A state from the paper's angles instead of quaternions.
+
+        Parameters
+        ----------
+        position, velocity, spin, time
+            As for :class:`State`.
+        angles : array_like or Quantity, (N, 3)
+            (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; radians as floats.
+
+        Returns
+        -------
+        State
+
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
+        Examples
+        --------
+        >>> import fullbody, numpy as np
+        >>> state = fullbody.State.from_tait_bryan(
+        ...     position=[[0, 0, 0]], velocity=[[0, 0, 0]], angles=[[0, 0, np.pi / 2]])
+        >>> (state.rotation_matrix[0] @ [1, 0, 0]).round(12)
+        array([0., 1., 0.])
+        """
+        state = cls.__new__(cls)
+        state._names = ()
+        values, state._units = _strip(time=time, position=position, velocity=velocity, spin=spin)
+        state._core = _core.State.from_tait_bryan(
+            scalar(values["time"], "time"),
+            values["position"],
+            values["velocity"],
+            Units().strip(angles, "angle", "angles"),
+            values["spin"],
+        )
+        doubt_radians(angles, "angles")
+        return state
+
+    @classmethod
+    def from_scipy(cls, position: Any, velocity: Any, rotation: Any, spin: Any = None, time: Any = 0.0) -> State:
+        """A state from rotations of scipy, whose quaternions have the scalar last.
+
+        Parameters
+        ----------
+        position, velocity, spin, time
+            As for :class:`State`.
+        rotation : scipy.spatial.transform.Rotation
+            One that holds N rotations, or a sequence of N. They turn body-frame vectors into the inertial frame, as
+            :attr:`rotation_matrix` does.
+
+        Returns
+        -------
+        State
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> from scipy.spatial.transform import Rotation
+        >>> state = fullbody.State.from_scipy(
+        ...     position=[[0, 0, 0], [2.5, 0, 0]], velocity=[[0, 0, 0], [0, 0.9, 0]],
+        ...     rotation=Rotation.from_euler("z", [[0], [90]], degrees=True))
+        >>> (state.rotation_matrix[1] @ [1, 0, 0]).round(12)
+        array([0., 1., 0.])
+
+        The way back is ``Rotation.from_matrix(state.rotation_matrix)``.
+        """
+        rotations = [rotation] if hasattr(rotation, "as_quat") else rotation
+        try:
+            # Scalar last by the default of all versions of scipy.
+            last = np.concatenate([np.atleast_2d(one.as_quat()) for one in rotations])
+        except (TypeError, AttributeError, ValueError) as error:
+            raise InvalidInput(
+                f"rotation is {rotation!r}; expected a scipy.spatial.transform.Rotation of one rotation a body, or a "
+                "list of them"
+            ) from error
+        return cls(position, velocity, np.roll(last, 1, axis=-1), spin, time)
+
+    @classmethod
+    def _wrap(cls, core: _core.State, system: System) -> State:
+        units = system._units
+        state = cls.__new__(cls)
+        state._core = core
+        state._units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.known else {}
+        state._names = system.names
+        return state
+
+    def _named(self, names: tuple[str, ...]) -> State:
+        """The same state that knows the names of its bodies."""
+        state = State.__new__(State)
+        state._core, state._units, state._names = self._core, self._units, names
+        return state
+
+    def _in(self, units: Units) -> _core.State:
+        """The numbers in a system's units."""
+        if not self._units:
+            return self._core
+        values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
+        if all(np.array_equal(values[name], getattr(self._core, name)) for name in _FIELDS):
+            return self._core
+        return _core.State(
+            float(values["time"]), values["position"], values["velocity"], self._core.attitude, values["spin"]
+        )
+
+    def _get(self, name: str) -> Any:
+        value = getattr(self._core, name)
+        if isinstance(value, np.ndarray):
+            # A copy of the core's numbers: writing into it would change nothing.
+            value.flags.writeable = False
+        return value << self._units[name] if name in self._units else value
+
+    @property
+    def time(self) -> Any:
+        """Time."""
+        return self._get("time")
+
+    @property
+    def position(self) -> Any:
+        """Centres (N, 3), inertial."""
+        return self._get("position")
+
+    @property
+    def velocity(self) -> Any:
+        """Velocities (N, 3), inertial."""
+        return self._get("velocity")
+
+    @property
+    def attitude(self) -> Any:
+        """Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."""
+        return self._get("attitude")
+
+    @property
+    def spin(self) -> Any:
+        """Angular velocities (N, 3), body frames."""
+        return self._get("spin")
+
+    @property
+    def rotation_matrix(self) -> Any:
+        """Rotation matrices (N, 3, 3), body frame to inertial."""
+        return self._get("rotation_matrix")
+
+    @property
+    def tait_bryan(self) -> Any:
+        """The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
+        return self._get("tait_bryan")
+
+    def replace(self, **changes: Any) -> State:
+        """A copy with some of ``position``, ``velocity``, ``attitude``, ``spin``, ``time`` changed.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]])
+        >>> state.replace(time=3.0).time
+        3.0
+        """
+        names = ("position", "velocity", "attitude", "spin", "time")
+        refuse_unknown(changes, names, "State.replace")
+        return State(**{name: changes.get(name, getattr(self, name)) for name in names})._named(self._names)
+
+    def kick(
+        self,
+        body: int | str,
+        dv: Any,
+        *,
+        along: Literal["inertial", "body", "orbit"] = "inertial",
+        about: int | str | None = None,
+    ) -> State:
+        """A state after a sudden change of one body's velocity.
+
+        Parameters
+        ----------
+        body : int or str
+            The place of the body, or its name in a state that a system, a run or a ready-made start gave.
+        dv : array_like or Quantity, (3,)
+            The change of its velocity; with a unit where the state has them.
+        along : {"inertial", "body", "orbit"}
+            The axes that ``dv`` is given in: the inertial ones, the body's own, or those of its orbit: radial (from the
+            other body to this one), transverse (in the orbit's plane, along the motion) and normal to it.
+        about : int or str, optional
+            For ``along="orbit"``: the other body. Needless where there are only two.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        InvalidInput
+            For a body that is none, where the orbit is about one of several bodies that is not named, and for motion
+            along the line to it, which has no plane.
+
+        Notes
+        -----
+        Only this body is pushed, through its centre: its spin stays, and so do all positions. The total momentum grows
+        by its mass times ``dv``, so that the barycentre drifts on by ``dv`` times its part of the total mass; its
+        velocity against each other body changes by the whole of ``dv``. An impact that hands over the momentum p gives
+        dv = p / m; of a spacecraft of momentum p_0 that is beta p_0 along the motion lost, with beta the factor by
+        which ejecta enhance it.
+
+        Examples
+        --------
+        What DART did to Dimorphos, 2.70 mm/s against its motion (Cheng et al. 2023, Nature 616, 457):
+
+        >>> import fullbody
+        >>> from astropy import units as u
+        >>> system, before = fullbody.systems.didymos(units=True)
+        >>> after = before.kick("Dimorphos", [0, -2.70, 0] * u.mm / u.s, along="orbit")
+        >>> run = system.integrate(after, "20 day", output="0.5 hour")
+        >>> print(f"{fullbody.observables.mutual_period(run).mean:.2f}")
+        11.37 h
+        """
+        index = self._place(body, "body of kick")
+        dv = vectors(dv, "dv", one=True)
+        axes = self._axes(index, along, about, "kick")
+        velocity = self._core.velocity
+        if not is_quantity(dv):
+            if self._units and dv.any():
+                unit = next(iter(self._units.values()))
+                raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
+            velocity[index] += axes @ dv
+            return self.replace(velocity=velocity << self._units["velocity"] if "velocity" in self._units else velocity)
+        if not self._units:
+            raise InvalidInput(f"dv has the unit {dv.unit}, but the state has none; expected both or neither")
+        # Velocities of zero may have been given without a unit.
+        unit = self._units.get("velocity", dv.unit)
+        velocity[index] += axes @ strip_to(dv, unit, "dv")
+        return self.replace(velocity=velocity << unit)
+
+    def rotated(
+        self,
+        body: int | str,
+        axis: Any,
+        angle: Any,
+        *,
+        along: Literal["inertial", "body", "orbit"] = "body",
+        about: int | str | None = None,
+    ) -> State:
+        """A state with one body turned about an axis through its centre.
+
+        The body turns as a whole, its spin with it: the components of the spin in the body's frame stay as they are.
+
+        Parameters
+        ----------
+        body : int or str
+            The place of the body, or its name; see :meth:`kick`.
+        axis : array_like, (3,)
+            Of any length.
+        angle : float or Quantity
+            Radians as a float, right-handed about the axis.
+        along : {"body", "inertial", "orbit"}
+            The axes that ``axis`` is given in: the body's own, the inertial ones, or radial, transverse and normal; see
+            :meth:`kick`.
+        about : int or str, optional
+            For ``along="orbit"``: the other body.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        InvalidInput
+            As :meth:`kick`, and for an axis of length zero.
+
+        Examples
+        --------
+        Dimorphos swung by ten degrees about its pole:
+
+        >>> import fullbody, numpy as np
+        >>> system, state = fullbody.systems.didymos()
+        >>> turned = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
+        >>> run = system.integrate(turned, 1.0)
+        >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
+        10.0
+        """
+        index = self._place(body, "body of rotated")
+        way = self._axes(index, along, about, "rotated") @ directions(axis, "axis", one=True)
+        attitude = self._core.attitude
+        turn = rotations.about(way, Units().number(angle, "angle", "angle"))
+        attitude[index] = rotations.product(turn, attitude[index])
+        return self.replace(attitude=attitude)
+
+    def _place(self, body: object, what: str) -> int:
+        """The place of a body from its place or name."""
+        if isinstance(body, str) and not self._names:
+            raise InvalidInput(
+                f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
+                f"ready-made systems do); expected a place, 0 to {len(self) - 1}"
+            )
+        return place(body, self._names or [f"body {k}" for k in range(len(self))], what)
+
+    def _axes(self, index: int, along: str, about: int | str | None, what: str) -> Any:
+        """The axes (3, 3), as columns, that vectors of a body are given in."""
+        if not isinstance(along, str) or along not in ("inertial", "body", "orbit"):
+            raise InvalidInput(f"along of {what} is {along!r}; expected 'inertial', 'body' or 'orbit'")
+        if along != "orbit":
+            if about is not None:
+                raise InvalidInput(
+                    f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only"
+                )
+            return np.eye(3) if along == "inertial" else self._core.rotation_matrix[index]
+        if about is None:
+            others = [k for k in range(len(self)) if k != index]
+            if len(others) != 1:
+                raise InvalidInput(
+                    f"about of {what} is not given, and there are {len(others)} other bodies; expected one of them"
+                )
+            about = others[0]
+        other = self._place(about, f"about of {what}")
+        if other == index:
+            raise InvalidInput(f"about of {what} is {about!r}, the body itself; expected another one")
+        r = self._core.position[index] - self._core.position[other]
+        v = self._core.velocity[index] - self._core.velocity[other]
+        normal = np.cross(r, v)
+        size = np.linalg.norm(normal)
+        if size <= 1e-14 * np.linalg.norm(r) * np.linalg.norm(v):
+            raise InvalidInput(
+                f"body {index} moves along its line to body {other}, or not at all; along='orbit' of {what} needs the "
+                "plane of an orbit"
+            )
+        radial, normal = r / np.linalg.norm(r), normal / size
+        return np.stack([radial, np.cross(normal, radial), normal], axis=1)
+
+    def __len__(self) -> int:
+        return len(self._core.position)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, State):
+            return NotImplemented
+        names = ("time", "position", "velocity", "attitude", "spin")
+        same = all(np.array_equal(getattr(self._core, n), getattr(other._core, n)) for n in names)
+        return same and self._units == other._units
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _repr_html_(self) -> str:
+        from ..base import tables
+
+        return tables.to_html(tables.of_state(self))
+
+    def __repr__(self) -> str:
+        parts = {name: getattr(self, name) for name in ("position", "velocity", "attitude", "spin")}
+        return block(f"State(time={self.time},", **parts)
+
+    def __reduce__(self) -> Any:
+        arguments = (self.position, self.velocity, self.attitude, self.spin, self.time)
+        return (_rebuild, (self._names, *arguments))
+
+
+def _rebuild(names: tuple[str, ...], *arguments: Any) -> State:
+    return State(*arguments)._named(names)
+
+
+def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Numbers and units of the dimensional parts of a state."""
+    stripped: dict[str, Any] = {}
+    units: dict[str, Any] = {}
+    for name, value in values.items():
+        if name == "spin" and value is None:
+            continue
+        value = gathered(value, name, _FIELDS[name])
+        if not is_quantity(value):
+            stripped[name] = numbers(value, name)
+            continue
+        from astropy import units as u
+
+        unit = value.unit
+        if name == "spin":
+            refuse_cycles(unit, name)
+            # A rate without an angle counts as radians.
+            unit = u.rad * unit if unit.is_equivalent(u.s**-1) else unit
+        expected = {"time": u.s, "position": u.m, "velocity": u.m / u.s, "spin": u.rad / u.s}[name]
+        strip_to(value, expected, name)
+        stripped[name] = strip_to(value, unit, name)
+        units[name] = unit
+    _refuse_mixture(stripped, units)
+    if "spin" not in stripped:
+        stripped["spin"] = np.zeros_like(stripped["position"])
+        if "position" in units:
+            from astropy import units as u
+
+            units["spin"] = u.rad / u.s
+    return stripped, units
+
+
+def _doubt_lengths(attitude: Any) -> None:
+    """Warn of the first quaternion whose length is not 1, beyond what three digits a component leave of it."""
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(attitude, axis=1)
+    for body in np.flatnonzero(abs(lengths - 1.0) > 1e-3)[:1]:
+        caution(
+            f"attitude of body {body} is {attitude[body].tolist()}, of length {lengths[body]:.6g}, and is scaled to 1; "
+            "expected a unit quaternion [w, x, y, z], its scalar first"
+        )
+
+
+def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:
+    """Refuse some parts with a unit beside others without one; zeros need none."""
+    united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
+    for name, value in stripped.items():
+        if united is not None and name not in units and value.any():
+            raise InvalidInput(
+                f"{united} has the unit {units[united]}, but {name} has none; expected both or neither, or zeros"
+            )

@@ -1,0 +1,103 @@
+"""Starts that can be integrated, but are probably a mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base import tables
+
+if TYPE_CHECKING:
+    from .. import _core
+    from .system import System
+
+__all__ = ["of_start"]
+
+#: Speeds of escape. A flyby of asteroids is faster still; a day taken for an hour makes 24 of them.
+_FAST = 10.0
+#: Distances to the nearest body. From there on coordinates round at more than the default tolerances.
+_FAR = 1e3
+
+
+def of_start(system: System, start: _core.State, tolerance: float | None) -> Iterator[str]:
+    """What is doubtful about a start.
+
+    Parameters
+    ----------
+    tolerance
+        The sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed steps.
+    """
+    if len(system) > 1:
+        masses = np.asarray(getattr(system.masses, "value", system.masses))
+        # The run itself refuses what is too large.
+        with np.errstate(all="ignore"):
+            yield from _unbound(system, start, masses)
+            yield from _far(system, start, masses, tolerance)
+
+
+def _unbound(system: System, start: _core.State, masses: Any) -> Iterator[str]:
+    """Whether a body leaves the others much faster than their attraction can be meant to hold it."""
+    speed, escape = np.empty((2, len(masses)))
+    for body, (others, apart) in enumerate(_distances(start.position)):
+        rest = masses[others]
+        speed[body] = np.linalg.norm(start.velocity[body] - rest @ start.velocity[others] / rest.sum())
+        total = masses[body] + rest.sum()
+        escape[body] = np.sqrt(2.0 * system._G * total * (rest / rest.sum() / apart).sum())
+    # Without attraction there is nothing to be bound by.
+    times = np.where(escape > 0.0, speed / escape, 0.0)
+    body = int(np.argmax(times))
+    if not _FAST < times[body] < np.inf:
+        return
+    fast, held = (tables.number(system._units.attach(value[body], "velocity"), 4) for value in (speed, escape))
+    who = f"{' and '.join(system.names)} start" if len(system) == 2 else f"{system.names[body]} starts"
+    whom = "each other" if len(system) == 2 else "the barycentre of the others"
+    yield (
+        f"{who} at {fast} relative to {whom}, {times[body]:.3g} times the speed of escape there, "
+        f"{held}; expected at most {_FAST:g} times, unless a fast flyby is meant: check the units of the velocities, "
+        "of the masses and of G"
+    )
+
+
+def _far(system: System, start: _core.State, masses: Any, tolerance: float | None) -> Iterator[str]:
+    """Whether the barycentre, which the integrators count positions from, is far from bodies near each other."""
+    distances = list(_distances(start.position))
+    nearest = np.array([apart.min() for _, apart in distances])
+    from_barycentre = np.linalg.norm(start.position - masses @ start.position / masses.sum(), axis=1)
+    body = int(np.argmax(from_barycentre / nearest))
+    rounding = np.spacing(from_barycentre[body]) / nearest[body]
+    enough = 10.0 ** np.ceil(np.log10(rounding))
+    if from_barycentre[body] < _FAR * nearest[body] or (tolerance is not None and tolerance >= enough):
+        return
+    others, apart = distances[body]
+    neighbour = others[np.argmin(apart)]
+    # The body that draws the barycentre there.
+    heavy = np.argmax(np.where(apart >= _FAR / 2 * nearest[body], masses[others], 0.0))
+
+    def length(value: float, digits: int = 4) -> str:
+        return tables.number(system._units.attach(np.float64(value), "length"), digits)
+
+    pair = " and ".join(system.names[place] for place in sorted((body, int(neighbour))))
+    if tolerance is None:
+        follows = "Every step loses that much"
+    else:
+        follows = (
+            "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run may "
+            "never end"
+        )
+    remedy = "leave it out" if tolerance is None else f"give rtol and atol of {enough:g} or more, or leave it out"
+    yield (
+        f"{system.names[others[heavy]]} is {length(apart[heavy])} from {pair}, which are {length(nearest[body])} "
+        "apart, and so heavy that the barycentre, which positions are counted from, is far from these two: their "
+        f"coordinates round at {length(np.spacing(from_barycentre[body]), 2)}, {rounding:.2g} of their distance. "
+        f"{follows}; expected bodies within {_FAR:g} such distances, or {remedy}"
+    )
+
+
+def _distances(position: Any) -> Iterator[tuple[Any, Any]]:
+    """For every body the places of the others and their distances from it."""
+    places = np.arange(len(position))
+    for body in places:
+        others = places[places != body]
+        yield others, np.linalg.norm(position[others] - position[body], axis=1)

@@ -1,0 +1,459 @@
+"""A system: bodies under their mutual gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .. import _core
+from ..base import epochs
+from ..base.arguments import integer, named_options, place
+from ..base.units import Units, numbers, scalar
+from ..errors import InvalidInput
+from ..events import Event
+from ..model.bodies import SHAPES, Body
+from ..model.interactions import Energy, Interactions
+from ..model.overlap import explaining
+from ..model.state import State
+from ..record.integrators import Integrator
+
+if TYPE_CHECKING:
+    from .run import Run
+
+__all__ = ["System"]
+
+
+@named_options
+class System:
+    """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        Two or more; one alone turns freely.
+    G : float or Quantity, optional
+        Gravitational constant in the units of everything else. With ``units`` it is astropy's unless given.
+    gravity : str
+        ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
+        ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
+    gravity_tolerance : float
+        Of the quadrature, relative to the force; torques are good to about ten times that of their own size.
+    order : (int, int), optional
+        A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
+    units : (length, time, mass) or bool, optional
+        Names or astropy units; ``True`` for km, hour, kg. Results are then Quantities, and plain numbers are taken to
+        be in these units. Text with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
+    attitude_chart : {"quaternion", "tait_bryan"}
+        How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
+        theta = 90 degrees.
+    vector_path : {"auto", "portable", "avx2", "avx512"}
+        Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
+        every machine.
+    epoch : astropy Time or str, optional
+        The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
+    frame : str, optional
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, not used in computing, and that of
+        the elements of a run (:meth:`fullbody.KeplerElements.to_frame`).
+
+    Raises
+    ------
+    InvalidInput
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12, name="Alpha")
+    >>> beta = fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta")
+    >>> fullbody.System([alpha, beta], G=8.64960768e-13)
+    System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
+    """
+
+    __slots__ = ("_G", "_bodies", "_core", "_options", "_units")
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        G: Any = None,
+        *,
+        gravity: str = "focal",
+        gravity_tolerance: float = 1e-14,
+        order: tuple[int, int] | None = None,
+        units: tuple[object, object, object] | bool | None = None,
+        attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
+        vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
+        epoch: Any = None,
+        frame: str | None = None,
+    ) -> None:
+        self._units = Units(units)
+        try:
+            self._bodies = tuple(bodies)
+        except TypeError as error:
+            raise InvalidInput(f"bodies is {bodies!r}; expected a sequence of Body") from error
+        for body in self._bodies:
+            if not isinstance(body, Body):
+                raise InvalidInput(f"bodies has {body!r}; expected a sequence of Body")
+        self._bodies = tuple(body._with(self._units) for body in self._bodies)
+        if G is None:
+            if not self._units.known:
+                raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+            self._G = self._units.gravitational_constant
+        else:
+            self._G = scalar(self._units.strip(G, "G", "G"), "G")
+        if frame is not None and not isinstance(frame, str):
+            raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
+        for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
+            if not isinstance(value, str):
+                raise InvalidInput(f"{name} is {value!r}; expected text")
+        core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
+        settings = {
+            "gravity": gravity,
+            "gravity_tolerance": _tolerance(gravity_tolerance),
+            "order": None if order is None else _order(order),
+            "attitude_chart": attitude_chart,
+            "vector_path": vector_path,
+        }
+        self._core = _core.System(core, self._G, settings)
+        named = {"epoch": None if epoch is None else epochs.to_text(epoch), "frame": frame}
+        self._options: dict[str, Any] = self._core.settings | named
+        if self._options["order"] is not None:
+            self._options["order"] = tuple(self._options["order"])
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies; where the system has units, their plain numbers are Quantities in them."""
+        return self._bodies
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies; ``body i`` where none was given."""
+        return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
+
+    @property
+    def G(self) -> Any:
+        """Gravitational constant."""
+        return self._units.attach(self._G, "G")
+
+    @property
+    def units(self) -> tuple[str, str, str] | None:
+        """Units of length, time and mass, if the system has any."""
+        return self._units.names
+
+    @property
+    def epoch(self) -> Any:
+        """The date of time zero as an ``astropy.time.Time``, or ``None``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1(epoch="2022-09-26T12:00:00 TDB")
+        >>> system.epoch.jd
+        np.float64(2459849.0)
+        """
+        text = self._options["epoch"]
+        return None if text is None else epochs.to_time(text)
+
+    @property
+    def frame(self) -> str | None:
+        """The name of the inertial frame, if one was given."""
+        name: str | None = self._options["frame"]
+        return name
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The method and its settings."""
+        return dict(self._options)
+
+    @property
+    def masses(self) -> Any:
+        """Masses (N,)."""
+        values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
+        return self._units.attach(np.array(values), "mass")
+
+    def mu(self, i: int | str = 0, j: int | str = 1) -> Any:
+        """G times the sum of two masses.
+
+        Parameters
+        ----------
+        i, j : int or str
+            Places in :attr:`bodies`, or names, of two bodies.
+        """
+        masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
+        first, second = self._place(i, "i"), self._place(j, "j")
+        if first == second:
+            raise InvalidInput(f"i and j are {i!r} and {j!r}, both {self.names[first]}; expected two bodies")
+        return self._units.attach_mu(self._G * (masses[first] + masses[second]))
+
+    def index(self, body: int | str) -> int:
+        """The place of a body.
+
+        Parameters
+        ----------
+        body : int or str
+            Its name, or its place itself.
+
+        Raises
+        ------
+        InvalidInput
+            For a body that the system does not have.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> system.index("Beta"), system["Beta"].shape
+        (1, Ellipsoid(a=0.285, b=0.2315, c=0.1745))
+        """
+        return self._place(body, "body")
+
+    def __getitem__(self, body: int | str) -> Body:
+        return self._bodies[self.index(body)]
+
+    def __iter__(self) -> Iterator[Body]:
+        return iter(self._bodies)
+
+    def __contains__(self, body: object) -> bool:
+        return body in self.names if isinstance(body, str) else body in self._bodies
+
+    def _place(self, index: object, what: str) -> int:
+        """A place in the system from a place or a name, or an error that says which there are."""
+        return place(index, self.names, what)
+
+    def with_options(self, **options: Any) -> System:
+        """The same bodies and G with other settings.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.with_options(gravity="surface").options["gravity"]
+        'surface'
+        """
+        return System(self._bodies, self.G, units=self._units.names, **{**self._options, **options})
+
+    def interactions(self, state: State) -> Interactions:
+        """Forces, torques and potential energy.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        Interactions
+
+        Raises
+        ------
+        BodiesOverlap
+        NotConverged
+            Where the quadrature reaches its limit of nodes; bodies in contact with sharp rims.
+
+        Notes
+        -----
+        The paper's Eqs. (2), (3) and, for the potential energy, minus its Eq. (4).
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> f = system.interactions(state)
+        >>> f.force.shape, f.torque.shape
+        ((2, 3), (2, 3))
+        >>> bool(abs(f.force.sum()) < 1e-15)
+        True
+        """
+        core = self._strip(state)
+        with explaining(self, lambda: core):
+            force, torque, energy = self._core.interactions(core)
+        attach = self._units.attach
+        return Interactions(attach(force, "force"), attach(torque, "torque"), attach(energy, "energy"))
+
+    def energy(self, state: State) -> Energy:
+        """Energy of a state in its parts.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        Energy
+        """
+        core = self._strip(state)
+        with explaining(self, lambda: core):
+            parts = self._core.energy(core)
+        return Energy(*(self._units.attach(part, "energy") for part in parts))
+
+    def momentum(self, state: State) -> Any:
+        """Total momentum (3,), inertial."""
+        return self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+
+    def angular_momentum(self, state: State) -> Any:
+        """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
+        return self._units.attach(self._core.angular_momentum(self._strip(state)), "angular momentum")
+
+    def integrate(
+        self,
+        state: State,
+        until: Any,
+        output: Any = None,
+        integrator: Integrator | None = None,
+        events: Iterable[Event] = (),
+        dense: bool = False,
+        progress: Any = False,
+        autosave: tuple[Any, float] | None = None,
+    ) -> Run:
+        """Run from a state to a time.
+
+        Parameters
+        ----------
+        state : State
+        until : float, Quantity or text with a unit
+            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
+        output : None, float, Quantity or array_like
+            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
+            times; an empty one records nothing but events (and ``dense``).
+        integrator : Integrator, optional
+            :class:`fullbody.Verner98` unless given.
+        events : iterable of Event
+            What to watch for, from :mod:`fullbody.events`; a terminal one ends the run.
+        dense : bool
+            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
+        progress : bool, str or callable
+            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+            What it returns is not used; an error that it raises ends the run.
+        autosave : (path, seconds), optional
+            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
+            :meth:`fullbody.Simulation.load` goes on from it.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
+            With the run so far in the attribute ``run``.
+        Interrupted
+            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+        Warns
+        -----
+        InconsistentInput
+            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=1.0)
+        >>> run.position.shape
+        (11, 2, 3)
+        """
+        from .simulation import Simulation
+
+        sim = Simulation(self, state, integrator=integrator)
+        return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
+
+    def _strip(self, state: State) -> _core.State:
+        if not isinstance(state, State):
+            raise InvalidInput(f"state is {state!r}; expected a State")
+        return state._in(self._units)
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+    def _describe(self) -> dict[str, Any]:
+        """The system in numbers of its own units."""
+
+        def size(shape: Any) -> dict[str, float]:
+            names = getattr(shape, "__slots__", ())
+            return {name: float(self._units.strip(getattr(shape, name), "length", name)) for name in names}
+
+        bodies = [
+            {
+                "name": body.name,
+                "shape": type(body.shape).__name__,
+                "size": size(body.shape),
+                "mass": body._core(self._units, index).mass,
+            }
+            for index, body in enumerate(self._bodies)
+        ]
+        return {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
+
+    def _notes(self) -> dict[str, Any]:
+        """What this package alone knows of the system; the numbers are the core's."""
+        bodies = [{"shape": type(body.shape).__name__, "named": body.name is not None} for body in self._bodies]
+        return {
+            "units": self._units.names,
+            "epoch": self._options["epoch"],
+            "frame": self._options["frame"],
+            "bodies": bodies,
+        }
+
+    @classmethod
+    def _of_core(cls, setup: dict[str, Any], notes: dict[str, Any]) -> System:
+        """The system of a core's set-up and of such notes, which may be missing: a program in Rust leaves none."""
+        bodies = []
+        noted = notes.get("bodies", [{}] * len(setup["bodies"]))
+        for index, (body, note) in enumerate(zip(setup["bodies"], noted, strict=True)):
+            axes = body["semi_axes"]
+            kind = SHAPES[note.get("shape", "PointMass" if axes is None else "Ellipsoid")]
+            size = dict(zip(kind.__slots__, axes or (), strict=False))
+            if kind(**size).semi_axes != (None if axes is None else tuple(axes)):
+                raise InvalidInput(f"{body['name']} is a {kind.__name__} of semi-axes {axes}; expected fitting ones")
+            unnamed = body["name"] == f"body {index}" and not note.get("named", True)
+            name = None if unnamed else body["name"]
+            bodies.append({"name": name, "shape": kind.__name__, "size": size, "mass": body["mass"]})
+        named = {name: notes.get(name) for name in ("epoch", "frame")}
+        options = setup["settings"] | named
+        return cls._rebuild({"bodies": bodies, "G": setup["G"], "units": notes.get("units"), "options": options})
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, System) and self._describe() == other._describe()
+
+    def __hash__(self) -> int:
+        return hash(repr(self))
+
+    def _repr_html_(self) -> str:
+        from ..base import tables
+
+        return tables.to_html(tables.of_system(self), tables.of_bodies(self))
+
+    def __repr__(self) -> str:
+        units = "" if self._units.names is None else f", units={self._units.names}"
+        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
+
+    def __reduce__(self) -> Any:
+        return (_assemble, (self._bodies, self._G, self._units.names, self._options))
+
+    @classmethod
+    def _rebuild(cls, described: dict[str, Any]) -> System:
+        """The system of a description, which may come from a file."""
+        units = None if described["units"] is None else tuple(described["units"])
+        bodies = [Body(SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in described["bodies"]]
+        options = dict(described["options"])
+        options["order"] = None if options["order"] is None else tuple(options["order"])
+        return cls(bodies, described["G"], units=units, **options)
+
+
+def _assemble(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> System:
+    return System(bodies, G, units=units, **options)
+
+
+def _tolerance(value: Any) -> float:
+    """The tolerance as a number; the core knows its limits."""
+    try:
+        return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
+    except InvalidInput as error:
+        raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
+
+
+def _order(value: Any) -> tuple[int, int]:
+    """The order as whole numbers that the core can take; it knows its limits."""
+    numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
+    match numbers:
+        case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:
+            return gauss, angles
+    raise InvalidInput(f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles")

@@ -1,0 +1,322 @@
+"""Kepler elements."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..base.arguments import doubt_radians, named_options, refuse_mixture
+from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
+from ..base.values import brief, same
+from ..errors import InvalidInput
+
+__all__ = ["KeplerElements"]
+
+_ANGLES = ("i", "Omega", "omega", "M")
+
+
+@named_options
+class KeplerElements:
+    """Osculating elements of a two-body orbit: one orbit, or arrays of them.
+
+    Parameters
+    ----------
+    a : float, array_like or Quantity
+        Semi-major axis; negative for a hyperbola.
+    e : float or array_like
+        Eccentricity: 0 <= e < 1 with a > 0, or e > 1 with a < 0. Parabolas have no semi-major axis and are refused.
+    i, Omega, omega, M : float, array_like or Quantity
+        Inclination, longitude of the ascending node, argument of periapsis, mean anomaly; radians as floats.
+    frame : str or astropy frame, optional
+        What the angles are referred to, such as ``"ecliptic"``; see :mod:`fullbody.frames`. For :meth:`to_frame`, and
+        not used otherwise.
+
+    Attributes
+    ----------
+    a : float, ndarray or Quantity
+        Semi-major axis, negative for a hyperbola: what was given, or in the units of the run or the position.
+    e : float or ndarray
+        Eccentricity, a pure number.
+    i : float, ndarray or Quantity
+        Inclination of the orbit's plane to the xy-plane, from 0 to pi.
+    Omega : float, ndarray or Quantity
+        Longitude of the ascending node, from the x-axis.
+    omega : float, ndarray or Quantity
+        Argument of periapsis, from the node along the motion.
+    M : float, ndarray or Quantity
+        Mean anomaly, from periapsis; for a hyperbola e sinh H - H, of either sign.
+    frame : str, astropy frame or None
+        What the angles are referred to: what was given, or the frame of the run's system; ``None`` where neither is
+        known.
+
+    Raises
+    ------
+    InvalidInput
+        For values that describe no orbit.
+
+    Warns
+    -----
+    InconsistentInput
+        For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
+    Notes
+    -----
+    Circular orbits are given omega = 0 and M from the node; equatorial ones Omega = 0 and angles from the x-axis.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> orbit = fullbody.KeplerElements(a=2.0, e=0.5, i=0.0, Omega=0.0, omega=0.0, M=0.0)
+    >>> r, v = orbit.to_cartesian(mu=1.0)
+    >>> float(r[0]), round(float(v[1]), 6)
+    (1.0, 1.224745)
+    """
+
+    __slots__ = ("M", "Omega", "a", "e", "frame", "i", "omega")
+
+    a: Any
+    e: Any
+    i: Any
+    Omega: Any
+    omega: Any
+    M: Any
+    frame: Any
+
+    def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None) -> None:
+        object.__setattr__(self, "frame", frame)
+        for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
+            value = gathered(value, name, "angle" if name in _ANGLES else "length")
+            object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
+        # Any mu will do to have the core check the rest.
+        _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
+        for name in ("Omega", "omega", "M"):
+            doubt_radians(getattr(self, name), name)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"elements do not change; make new ones with another {name}")
+
+    def _rows(self, a: Any) -> tuple[Any, tuple[int, ...]]:
+        """Elements as (K, 6), and the shape they came in."""
+        plain = Units()
+        columns = [numbers(a, "a"), numbers(self.e, "e")]
+        columns += [plain.strip(getattr(self, name), "angle", name) for name in _ANGLES]
+        try:
+            columns = list(np.broadcast_arrays(*columns))
+        except ValueError as error:
+            raise InvalidInput(f"elements have shapes {[c.shape for c in columns]}; expected equal ones") from error
+        return np.stack([c.ravel() for c in columns], axis=1), columns[0].shape
+
+    def to_cartesian(self, mu: Any) -> tuple[Any, Any]:
+        """Relative position and velocity.
+
+        Parameters
+        ----------
+        mu : float or Quantity
+            G times the sum of the masses, in the units of ``a`` and of the time wanted. A Quantity where ``a`` is one;
+            beside :meth:`fullbody.System.mu` itself a plain number is in the units of that system.
+
+        Returns
+        -------
+        r, v : ndarray or Quantity, (3,) or (..., 3)
+            Quantities where ``mu`` is one.
+        """
+        mu, length, rate = _mu_and_units(self.a, mu, "a")
+        rows, shape = self._rows(_in(length, self.a, "a"))
+        r, v = _core.elements_to_cartesian(rows, mu)
+        r, v = r.reshape(*shape, 3), v.reshape(*shape, 3)
+        return (r, v) if length is None else (r * length, v * (length * rate))
+
+    @classmethod
+    def from_cartesian(cls, r: Any, v: Any, mu: Any, *, frame: Any = None) -> KeplerElements:
+        """Osculating elements of a relative position and velocity.
+
+        Parameters
+        ----------
+        r, v : array_like or Quantity, (3,) or (..., 3)
+        mu : float or Quantity
+            G times the sum of the masses; as for :meth:`to_cartesian`.
+        frame : str or astropy frame, optional
+            That ``r`` and ``v`` are in; the elements keep it.
+
+        Returns
+        -------
+        KeplerElements
+            With floats, or with Quantities (angles in radians) where ``mu`` is one.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.KeplerElements.from_cartesian([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], mu=1.0).a
+        1.0
+        """
+        r, v = gathered(r, "r"), gathered(v, "v")
+        mu, length, rate = _mu_and_units(r, mu, "r")
+        refuse_mixture({"r": r, "v": v})
+        r, v = _in(length, r, "r"), _in(None if length is None else length * rate, v, "v")
+        if r.shape != v.shape or r.ndim == 0 or r.shape[-1] != 3:
+            raise InvalidInput(f"r and v have shapes {r.shape} and {v.shape}; expected (..., 3) for both")
+        rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), mu)
+        columns = [c.reshape(r.shape[:-1]) if r.ndim > 1 else float(c[0]) for c in rows.T]
+        if length is not None:
+            from astropy import units as u
+
+            columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
+        return cls._trusted(columns, frame)
+
+    def to_frame(self, target: Any, origin: Any = None) -> KeplerElements:
+        """The same orbit with its angles referred to another frame.
+
+        Parameters
+        ----------
+        target : str or astropy frame
+            The frame wanted: ``"ecliptic"``, ``"equatorial"`` or one of astropy; see :mod:`fullbody.frames`.
+        origin : str or astropy frame, optional
+            The one that the elements are in; their own ``frame`` unless given.
+
+        Returns
+        -------
+        KeplerElements
+
+        Raises
+        ------
+        InvalidInput
+            For a frame that does not differ by a rotation alone, and where it is not known which one the elements are
+            in.
+
+        Examples
+        --------
+        An orbit in the ecliptic is inclined to the equator by the obliquity.
+
+        >>> import fullbody, numpy as np
+        >>> orbit = fullbody.KeplerElements(a=2.0, e=0.1, i=0.0, Omega=0.0, omega=0.5, M=1.0, frame="ecliptic")
+        >>> round(float(np.degrees(orbit.to_frame("equatorial").i)), 4)
+        23.4393
+        """
+        from ..frames import turn
+
+        origin = self.frame if origin is None else origin
+        if origin is None:
+            # A guess would turn the elements of an equatorial run by an angle that looks like a result.
+            raise InvalidInput(
+                "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
+                "elements of a run whose system has a frame"
+            )
+        plain = KeplerElements._trusted([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
+        r, v = plain.to_cartesian(1.0)
+        turned = KeplerElements.from_cartesian(turn(r, origin, target), turn(v, origin, target), 1.0)
+        columns: list[Any] = [self.a, self.e]
+        for name in _ANGLES:
+            value, given = getattr(turned, name), getattr(self, name)
+            if is_quantity(given):
+                from astropy import units as u
+
+                value = (value * u.rad).to(given.unit)
+            columns.append(value)
+        return KeplerElements._trusted(columns, target)
+
+    @classmethod
+    def _trusted(cls, columns: list[Any], frame: Any = None) -> KeplerElements:
+        """Elements that the core has computed."""
+        elements = cls.__new__(cls)
+        object.__setattr__(elements, "frame", frame)
+        for name, value in zip(("a", "e", *_ANGLES), columns, strict=True):
+            object.__setattr__(elements, name, value)
+        return elements
+
+    def period(self, mu: Any) -> Any:
+        """Orbital period.
+
+        Parameters
+        ----------
+        mu : float or Quantity
+            As for :meth:`to_cartesian`.
+
+        Raises
+        ------
+        InvalidInput
+            For a hyperbola.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.KeplerElements(1.0, 0.0, 0.0, 0.0, 0.0, 0.0).period(mu=1.0)
+        6.283185307179586
+        """
+        mu, length, rate = _mu_and_units(self.a, mu, "a")
+        rows, shape = self._rows(_in(length, self.a, "a"))
+        period = _core.period(rows, mu).reshape(shape)
+        value: Any = float(period) if period.ndim == 0 else period
+        return value if length is None else value / rate
+
+    def __len__(self) -> int:
+        shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in ("a", "e", *_ANGLES)))
+        if not shape:
+            raise TypeError("these are the elements of one orbit, not an array of them")
+        return int(shape[0])
+
+    def __getitem__(self, index: Any) -> KeplerElements:
+        len(self)
+        values = [getattr(self, name) for name in ("a", "e", *_ANGLES)]
+        return KeplerElements._trusted([value[index] if np.ndim(value) else value for value in values], self.frame)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, KeplerElements):
+            return NotImplemented
+        # Frames of astropy of different kinds cannot be compared with ==.
+        frames_agree = type(self.frame) is type(other.frame) and bool(self.frame == other.frame)
+        return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in ("a", "e", *_ANGLES))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _repr_html_(self) -> str:
+        from ..base import tables
+
+        return tables.to_html(tables.of_elements(self))
+
+    def __repr__(self) -> str:
+        parts = [f"{name}={brief(getattr(self, name))}" for name in ("a", "e", *_ANGLES)]
+        parts += [] if self.frame is None else [f"frame={self.frame!r}"]
+        return f"KeplerElements({', '.join(parts)})"
+
+    def __reduce__(self) -> Any:
+        return (KeplerElements._trusted, ([getattr(self, n) for n in ("a", "e", *_ANGLES)], self.frame))
+
+
+def _length_number(a: Any) -> Any:
+    if is_quantity(a):
+        from astropy import units as u
+
+        strip_to(a, u.m, "a")
+        return a.value
+    return a
+
+
+def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
+    """Mu as a number, and the units of length and of inverse time that it is in; ``None`` for plain numbers."""
+    mu = gathered(mu, "mu")
+    system = units_of(mu)
+    if not is_quantity(length) and system is not None:
+        # Plain numbers are in the units of the system that the mu is of.
+        return float(mu.value), system.unit("length"), 1 / system.unit("time")
+    if is_quantity(length) != is_quantity(mu):
+        given, unit, plain = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
+        raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
+    if not is_quantity(length):
+        return scalar(numbers(mu, "mu"), "mu"), None, None
+    from astropy import units as u
+
+    strip_to(length, u.m, what)
+    strip_to(mu, u.m**3 / u.s**2, "mu")
+    # The time that mu is given in, so that results come in the caller's units.
+    times = [
+        base for base, power in zip(mu.unit.bases, mu.unit.powers, strict=True) if base.is_equivalent(u.s) and power
+    ]
+    rate = 1 / (times[0] if times else u.s)
+    return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate
+
+
+def _in(unit: Any, value: Any, what: str) -> Any:
+    """Numbers in a unit, which plain ones are in already."""
+    return strip_to(value, unit, what) if is_quantity(value) else numbers(value, what)

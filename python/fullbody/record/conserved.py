@@ -1,0 +1,45 @@
+"""How well a motion keeps what it conserves.
+
+What is conserved stands in eight numbers: the time, the total, translational, rotational and potential energy, and the
+angular momentum.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..model.interactions import Energy, Invariants
+
+if TYPE_CHECKING:
+    from ..base.units import Units
+
+__all__ = ["drift", "named", "size"]
+
+_Array = npt.NDArray[np.float64]
+
+
+def named(numbers: Any, units: Units) -> Invariants:
+    """The eight numbers under their names, with units where the system has them."""
+    energies = (units.attach(float(energy), "energy") for energy in numbers[1:5])
+    momentum = units.attach(np.array(numbers[5:], dtype=np.float64), "angular momentum")
+    return Invariants(units.attach(float(numbers[0]), "time"), Energy(*energies), momentum)
+
+
+def size(name: str, start: _Array) -> float:
+    """What a drift is relative to; may be zero."""
+    _, total, translational, _, potential, *momentum = start
+    if name == "angular_momentum_drift":
+        return float(np.linalg.norm(momentum))
+    return float(abs(total if name == "energy_drift" else translational + potential))
+
+
+def drift(name: str, start: _Array, energy: _Array, angular_momentum: _Array) -> _Array:
+    """The drift (K,) of energies (K, 4) or angular momenta (K, 3) since the start; absolute where its size is zero."""
+    if name == "angular_momentum_drift":
+        change = np.linalg.norm(angular_momentum - start[5:], axis=1)
+    else:
+        change = energy[:, 0] - start[1]
+    return np.asarray(change / (size(name, start) or 1.0))

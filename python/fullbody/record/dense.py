@@ -1,0 +1,105 @@
+"""A run as a function of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .. import _core
+from ..base.arguments import named_options
+from ..base.values import Record
+from ..errors import InvalidInput
+from ..model.state import State
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["Dense", "Samples"]
+
+
+@named_options
+class Dense:
+    """A run as a function of time.
+
+    Copies share it; it does not pickle, for it holds the steps themselves: pickle samples of it, ``dense(times)``.
+
+    Attributes
+    ----------
+    range : tuple
+        First and last time, in the direction of the run.
+    """
+
+    def __init__(self, system: System, core: _core.Dense) -> None:
+        self._system = system
+        self._core = core
+
+    @property
+    def range(self) -> tuple[Any, Any]:
+        """First and last time, in the direction of the run."""
+        start, end = self._core.range
+        return (self._system._units.attach(start, "time"), self._system._units.attach(end, "time"))
+
+    def __call__(self, time: Any) -> State | Samples:
+        """The state at a time of the run, or the states at many.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (K,)
+            Within the run, in any order.
+
+        Returns
+        -------
+        State or Samples
+        """
+        units = self._system._units
+        values = units.strip(time, "time", "time")
+        low, high = sorted(self._core.range)
+        outside = values[~((values >= low) & (values <= high))]
+        if outside.size:
+            first, last = units.attach(low, "time"), units.attach(high, "time")
+            raise InvalidInput(
+                f"time is {units.attach(outside[0], 'time')}; expected one from {first} to {last}, which the run covers"
+            )
+        if values.ndim == 0:
+            return State._wrap(self._core.state(float(values)), self._system)
+        if values.ndim != 1:
+            raise InvalidInput(f"time has shape {values.shape}; expected a number or (K,)")
+        arrays = self._core.states(values)
+        return Samples(
+            units.attach(values, "time"),
+            units.attach(arrays["position"], "length"),
+            units.attach(arrays["velocity"], "velocity"),
+            arrays["attitude"],
+            units.attach(arrays["spin"], "spin"),
+        )
+
+    def __copy__(self) -> Dense:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Dense:
+        return self
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a continuous solution does not pickle; pickle samples of it, dense(times)")
+
+    def __repr__(self) -> str:
+        start, end = self.range
+        return f"Dense(from {start} to {end}, {self._core.bytes / 1e6:.1f} MB)"
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Samples(Record):
+    """States of a run at asked-for times.
+
+    Attributes
+    ----------
+    time : ndarray or Quantity, (K,)
+    position, velocity, spin : ndarray or Quantity, (K, N, 3)
+    attitude : ndarray, (K, N, 4)
+    """
+
+    time: Any
+    position: Any
+    velocity: Any
+    attitude: Any
+    spin: Any

@@ -1,0 +1,75 @@
+"""One body along a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.values import Record
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+
+__all__ = ["Track"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Track(Record):
+    """One body along a run of K samples: ``run["Beta"]``. A body without a name is ``"body 1"``, by its place.
+
+    Arrays are read-only; Quantities where the system has units.
+
+    Attributes
+    ----------
+    name : str
+        Of the body; ``body i`` where none was given.
+    time : ndarray or Quantity, (K,)
+    position : ndarray or Quantity, (K, 3)
+        Centres, inertial.
+    velocity : ndarray or Quantity, (K, 3)
+        Velocities of the centre, inertial.
+    attitude : ndarray, (K, 4)
+        Unit quaternions ``[w, x, y, z]``, body frame to inertial.
+    spin : ndarray or Quantity, (K, 3)
+        Angular velocities, body frame.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> beta = system.integrate(state, 10.0, output=1.0)["Beta"]
+    >>> beta.position.shape, beta.rotation_matrix.shape
+    ((11, 3), (11, 3, 3))
+    """
+
+    name: str
+    time: Any
+    position: Any
+    velocity: Any
+    attitude: Any
+    spin: Any
+
+    @property
+    def rotation_matrix(self) -> Any:
+        """Rotation matrices (K, 3, 3), body frame to inertial."""
+        return attitudes(self.attitude).rotation_matrix if len(self.attitude) else np.zeros((0, 3, 3))
+
+    @property
+    def tait_bryan(self) -> Any:
+        """The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
+        return attitudes(self.attitude).tait_bryan if len(self.attitude) else np.zeros((0, 3))
+
+    @classmethod
+    def _of(cls, run: Run, body: int) -> Track:
+        arrays = (getattr(run, name)[:, body] for name in ("position", "velocity", "attitude", "spin"))
+        return cls(run.system.names[body], run.time, *arrays)
+
+
+def attitudes(quaternions: npt.NDArray[np.float64]) -> _core.State:
+    """Attitudes (K, 4), for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
+    zeros = np.zeros((len(quaternions), 3))
+    return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)

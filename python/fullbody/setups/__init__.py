@@ -1,0 +1,1 @@
+"""Systems from published numbers and from TOML."""

@@ -1,0 +1,166 @@
+"""One body of a pair as papers describe it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import frames
+from ..base import rotations
+from ..base.arguments import doubt_radians, named_options, pole, positive
+from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
+from ..base.values import Record
+from ..errors import InvalidInput
+from ..model.bodies import Ellipsoid
+
+__all__ = ["Component"]
+
+
+@named_options
+@dataclass(frozen=True, slots=True, eq=False)
+class Component(Record):
+    """One of the two bodies of :func:`binary`, as published.
+
+    Parameters
+    ----------
+    semi_axes : (a, b, c), optional
+        Along the body's x, y and z. Of the three sizes give one.
+    diameters : (2a, 2b, 2c), optional
+        Whole axes instead of half ones.
+    diameter : float or Quantity, optional
+        Of the sphere of equal volume, with ``axis_ratios``.
+    axis_ratios : (a/b, b/c)
+        With ``diameter``; one and one for a sphere. The second is b/c, as light curves are modelled with; of published
+        a/b and a/c it is the latter by the former: ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
+    mass, density : float or Quantity, optional
+        At most one of the two. Without either the mass follows from what is known of the pair.
+    rotation_period : float or Quantity, optional
+        Of the spin about the body's z-axis; negative for a spin against it, infinite for none. Without it a body that
+        is not synchronous starts without rotation too, with a warning.
+    pole : (longitude, latitude), optional
+        Of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. Without it: the orbit's pole.
+    rotation_angle : float or Quantity
+        From the ascending node of the body's equator to its x-axis at the start; see :func:`fullbody.frames.attitude`.
+        Not for a secondary that starts pointing at the primary.
+    name : str, optional
+    tilt : float or Quantity
+        Of the body's z-axis from the orbit's pole, about the orbit's node; instead of ``pole``.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Component(diameter=2.0, axis_ratios=(1.2, 1.1)).shape
+    Ellipsoid(a=1.16569..., b=0.97141..., c=0.88310...)
+    """
+
+    semi_axes: Any = None
+    diameters: Any = None
+    diameter: Any = None
+    axis_ratios: tuple[float, float] = (1.0, 1.0)
+    mass: Any = None
+    density: Any = None
+    rotation_period: Any = None
+    pole: tuple[Any, Any] | None = None
+    rotation_angle: Any = 0.0
+    name: str | None = None
+    tilt: Any = 0.0
+
+    def __post_init__(self) -> None:
+        called = self.name if self.name is not None else "a component"
+        sizes = [size for size in (self.semi_axes, self.diameters, self.diameter) if size is not None]
+        if len(sizes) != 1:
+            raise InvalidInput(f"{called} has {len(sizes)} of semi_axes, diameters, diameter; expected one of them")
+        ratios = numbers(self.axis_ratios, f"axis_ratios of {called}")
+        if ratios.shape != (2,) or not (np.isfinite(ratios) & (ratios > 0.0)).all():
+            raise InvalidInput(f"axis_ratios of {called} are {self.axis_ratios}; expected two numbers above zero")
+        if self.diameter is None and not (ratios == 1.0).all():
+            raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
+        if Units().number(self.tilt, "angle", f"tilt of {called}") != 0.0 and self.pole is not None:
+            raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
+        Units().number(self.rotation_angle, "angle", f"rotation_angle of {called}")
+        doubt_radians(self.tilt, f"tilt of {called}")
+        doubt_radians(self.rotation_angle, f"rotation_angle of {called}")
+        if self.pole is not None:
+            pole(self.pole, f"pole of {called}")
+        if self.mass is not None and self.density is not None:
+            raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
+        for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, positive(value, unit, f"{name} of {called}"))
+        if self.rotation_period is not None:
+            object.__setattr__(self, "rotation_period", _period(self.rotation_period, f"rotation_period of {called}"))
+        for name in ("semi_axes", "diameters"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, _three(value, f"{name} of {called}"))
+
+    def _repr_html_(self) -> str:
+        from ..base import tables
+
+        return tables.to_html(tables.of_component(self))
+
+    @property
+    def shape(self) -> Ellipsoid:
+        """The ellipsoid."""
+        if self.diameter is not None:
+            first, second = self.axis_ratios
+            b = self.diameter / 2 * (second / first) ** (1 / 3)
+            return Ellipsoid(b * first, b, b / second)
+        a, b, c = self.semi_axes if self.semi_axes is not None else (d / 2 for d in self.diameters)
+        return Ellipsoid(a, b, c)
+
+
+def _three(values: Any, what: str) -> Any:
+    """Three lengths above zero."""
+    values = gathered(values, what)
+    if np.shape(values) != (3,):
+        raise InvalidInput(f"{what} is {values!r}; expected three lengths")
+    for value in values:
+        positive(value, "m", what)
+    return values
+
+
+def _period(value: Any, what: str) -> Any:
+    """A time of either sign other than zero; infinite for no rotation."""
+    value = gathered(value, what, "time")
+    number = scalar(_in_seconds(value, what) if is_quantity(value) else numbers(value, what), what)
+    if np.isnan(number) or number == 0.0:
+        raise InvalidInput(f"{what} is {value!r}; expected a time other than zero")
+    return value
+
+
+def _in_seconds(value: Any, what: str) -> Any:
+    from astropy import units as u
+
+    return strip_to(value, u.s, what)
+
+
+def axes(component: Component, plane: Any) -> Any:
+    """The attitude of a body's equator with its x-axis at the node."""
+    if component.pole is not None:
+        return frames.attitude(*component.pole)
+    return rotations.product(plane, rotations.turn(0, Units().number(component.tilt, "angle", "tilt")))
+
+
+def attitude(component: Component, plane: Any, angle: float | None) -> Any:
+    """The attitude of a body at an angle from the node, its own if none is given."""
+    if angle is None:
+        angle = Units().number(component.rotation_angle, "angle", "rotation_angle")
+    return rotations.product(axes(component, plane), rotations.turn(2, angle))
+
+
+def pointing(component: Component, plane: Any, direction: Any) -> float:
+    """How far about its z-axis a body turns from the node for its x-axis to point in a direction."""
+    x, y, z = rotations.matrices(axes(component, plane)).T
+    if np.linalg.norm(np.cross(z, direction)) <= 1e-12 * np.linalg.norm(direction):
+        raise InvalidInput("the secondary's pole points at the primary; no turn about it aligns the long axis")
+    return float(np.arctan2(y @ direction, x @ direction))
+
+
+def rate(component: Component, units: Units, called: str) -> float:
+    """The rate of rotation; zero where it is not stated."""
+    if component.rotation_period is None:
+        return 0.0
+    what = f"rotation_period of {called}"
+    return 2 * np.pi / scalar(units.strip(component.rotation_period, "time", what), what)
