@@ -13,6 +13,7 @@ import typing as _typing
 
 from . import events, frames, observables, systems
 from ._core import vector_paths
+from .base.version import version
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
@@ -25,13 +26,11 @@ from .errors import (
     StepSizeTooSmall,
     UncheckedFile,
 )
-from .files.netcdf import load
 from .model.bodies import Body, Ellipsoid, PointMass, Sphere
 from .model.interactions import Energy, Interactions, Invariants
 from .model.state import State
-from .motion.run import Run, Statistics
-from .motion.simulation import Simulation
-from .motion.system import System
+from .motion.loading import load
+from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .record.dense import Dense, Samples
@@ -44,6 +43,7 @@ from .record.integrators import (
     Verner87,
     Verner98,
 )
+from .record.statistics import Statistics
 from .record.track import Track
 from .setups.pair import Component, binary
 from .setups.toml import Setup, read_toml
@@ -56,11 +56,8 @@ if _typing.TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        # The package's metadata takes a third of the import's time, and few ask for it.
         if name == "__version__":
-            from importlib.metadata import version
-
-            return version("fullbody")
+            return version()
         # Not every run is drawn.
         if name in ("cli", "plots", "view"):
             from importlib import import_module

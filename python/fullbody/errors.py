@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .motion.run import Run
+from typing import Any
 
 __all__ = [
     "BodiesOverlap",
@@ -32,7 +29,7 @@ class FullbodyError(Exception):
         Where an integration was cut short, what it had recorded until then.
     """
 
-    run: Run | None = None
+    run: Any = None
 
 
 class InvalidInput(FullbodyError, ValueError):
@@ -139,4 +136,4 @@ class UncheckedFile(UserWarning):
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C during an integration; ``run`` holds what was recorded until then."""
 
-    run: Run | None = None
+    run: Any = None

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from ..model.bodies import Body
     from ..model.interactions import Energy, Interactions
     from ..model.state import State
-    from ..motion.run import Run
-    from ..motion.system import System
+    from ..model.system import BaseSystem
     from ..orbit.elements import KeplerElements
+    from ..record.base import BaseRun
     from ..setups.component import Component
 
 __all__ = [
@@ -139,7 +139,7 @@ def of_interactions(found: Interactions) -> Table:
     return Table(f"Interactions, potential energy {number(found.potential_energy)}", header, list(rows))
 
 
-def of_bodies(system: System) -> Table:
+def of_bodies(system: BaseSystem) -> Table:
     """The bodies of a system, one a row, in its units."""
     units = system._units
     length, mass = (units.unit(d) if units.known else "" for d in ("length", "mass"))
@@ -151,7 +151,7 @@ def of_bodies(system: System) -> Table:
     return Table("Bodies", header, rows)
 
 
-def of_system(system: System) -> Table:
+def of_system(system: BaseSystem) -> Table:
     """Constant, method and settings of a system."""
     rows: list[Sequence[str]] = [("units", ", ".join(system.units) if system.units else "none")]
     rows.append(("G", number(system.G, 12)))
@@ -192,7 +192,7 @@ def of_elements(elements: KeplerElements) -> Table:
     return Table(f"Kepler elements, {many} orbits" if many > 1 else "Kepler elements", header, rows)
 
 
-def of_run(run: Run) -> Table:
+def of_run(run: BaseRun) -> Table:
     """Span, counts, events and conservation of a run."""
     s, integrator = run.statistics, run.integrator
     rows: list[Sequence[str]] = [("samples", str(len(run)))]

@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from .. import __version__
+from ..base.version import version
 from ..errors import FullbodyError
 from . import info, kw4, run
 
@@ -18,7 +18,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="fullbody", description="Rigid ellipsoids moving and turning in each other's exact gravity."
     )
-    parser.add_argument("--version", action="version", version=f"fullbody {__version__}")
+    parser.add_argument("--version", action="version", version=f"fullbody {version()}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (run, info, kw4):
         command.register(subparsers)

@@ -25,7 +25,7 @@ from ..errors import InvalidInput
 from ..model.state import State
 
 if TYPE_CHECKING:
-    from ..motion.system import System
+    from ..model.system import BaseSystem
 
 __all__ = [
     "Alignment",
@@ -63,14 +63,14 @@ class Event(Alike):
         if not isinstance(self.terminal, bool | np.bool_):
             raise InvalidInput(f"terminal is {self.terminal!r}; expected True or False")
 
-    def _place(self, system: System, name: str) -> int:
+    def _place(self, system: BaseSystem, name: str) -> int:
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         """The condition as the core has it."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
-    def _watched(self, system: System) -> tuple[_core.Condition, int, bool]:
+    def _watched(self, system: BaseSystem) -> tuple[_core.Condition, int, bool]:
         """What the core is told."""
         return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
@@ -80,7 +80,7 @@ class _OfPair(Event):
     i: int | str = 0
     j: int | str = 1
 
-    def _pair(self, system: System) -> tuple[int, int]:
+    def _pair(self, system: BaseSystem) -> tuple[int, int]:
         return self._place(system, "i"), self._place(system, "j")
 
 
@@ -109,7 +109,7 @@ class Separation(_OfPair):
 
     value: Any = None
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         value = _length(self.value, system, "value of Separation")
         return _core.Condition.Separation(*self._pair(system), value)
 
@@ -143,7 +143,7 @@ class Contact(_OfPair):
     ('event', 2.0)
     """
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         return _core.Condition.Contact(*self._pair(system))
 
 
@@ -166,7 +166,7 @@ class Periapsis(_OfPair):
     True
     """
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         return _core.Condition.Periapsis(*self._pair(system))
 
 
@@ -181,7 +181,7 @@ class Apoapsis(_OfPair):
     terminal : bool
     """
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         return _core.Condition.Apoapsis(*self._pair(system))
 
 
@@ -210,7 +210,7 @@ class PlaneCrossing(Event):
         normal = directions(self.normal, "normal of PlaneCrossing", one=True)
         object.__setattr__(self, "normal", tuple(float(component) for component in normal))
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         reference = None if self.j is None else self._place(system, "j")
         return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
 
@@ -231,7 +231,7 @@ class Escape(_OfPair):
 
     distance: Any = None
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         distance = _length(self.distance, system, "distance of Escape")
         return _core.Condition.Escape(*self._pair(system), distance)
 
@@ -247,7 +247,7 @@ class Alignment(_OfPair):
     terminal : bool
     """
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         return _core.Condition.Alignment(*self._pair(system))
 
 
@@ -277,14 +277,14 @@ class Function(Event):
 
     f: Callable[[State], Any] = field(default=lambda state: 1.0)
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, system: BaseSystem) -> _core.Condition:
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
 
         def call(core: Any) -> float:
-            state = State._wrap(core, system)
+            state = system._state(core)
             value = gathered(self.f(state), what)
             number = scalar(numbers(getattr(value, "value", value), what), what)
             if not math.isfinite(number):
@@ -315,7 +315,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-def _length(value: Any, system: System, what: str) -> float:
+def _length(value: Any, system: BaseSystem, what: str) -> float:
     if value is None:
         raise InvalidInput(f"{what} is not given; expected a length")
     return system._units.number(value, "length", what)

@@ -11,19 +11,23 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.atomic import as_path, check_suffix, replacing
 from ..base.units import need
+from ..base.version import version
 from ..errors import InvalidInput, UncheckedFile, caution
-from ..motion.run import Run, Statistics
-from ..motion.system import System
+from ..model.system import BaseSystem
+from ..record.base import BaseRun
 from ..record.integrators import Integrator, rebuild
+from ..record.statistics import Statistics
 from . import occurrences, seal
 from .stored import Stored, check_order, check_unit, opened
 
 _Built = TypeVar("_Built")
 
 __all__ = ["load", "save", "to_pandas", "to_xarray"]
+
+_Run = TypeVar("_Run", bound=BaseRun)
 
 #: Variables: dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -56,12 +60,10 @@ _REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
 SUFFIXES = (".nc", ".nc4")
 
 
-def to_xarray(run: Run) -> Any:
+def to_xarray(run: BaseRun) -> Any:
     """The run as an ``xarray.Dataset``; see :meth:`fullbody.Run.to_xarray`."""
     with need("data", "a run as a dataset"):
         import xarray as xr
-
-    from .. import __version__
 
     units = run.system._units
 
@@ -87,7 +89,7 @@ def to_xarray(run: Run) -> Any:
         coordinates | labels,
         {
             "title": "fullbody run",
-            "fullbody_version": __version__,
+            "fullbody_version": version(),
             "fullbody_format": 1 if run._start is None else _FORMAT,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
@@ -106,7 +108,7 @@ def netcdf() -> Any:
     return xr
 
 
-def to_pandas(run: Run) -> Any:
+def to_pandas(run: BaseRun) -> Any:
     """The run as a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
     with need("data", "a run as a table"):
         import pandas as pd
@@ -133,11 +135,11 @@ def to_pandas(run: Run) -> Any:
     return frame
 
 
-def save(run: Run, path: Any) -> None:
+def save(run: BaseRun, path: Any) -> None:
     """Write a run; see :meth:`fullbody.Run.save`."""
     check_suffix(path, SUFFIXES)
     netcdf()
-    dataset = run.to_xarray()
+    dataset = to_xarray(run)
     dataset.attrs["fullbody_checksum"] = _checksum(
         dataset.attrs, [dataset[name].values for name in _START if name in dataset]
     )
@@ -161,43 +163,18 @@ def _protected(variable: Any) -> dict[str, Any]:
     return {"fletcher32": True, "chunksizes": (rows, *variable.shape[1:])}
 
 
-@named_options
-def load(path: Any) -> Run:
-    """Read a run that :meth:`fullbody.Run.save` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Run
-        Equal to the one that was saved, bit for bit, with its events and stop reason; see :meth:`fullbody.Run.save` for
-        what a file cannot hold.
-
-    Raises
-    ------
-    InvalidInput
-        For a file that is not a run of this package, or a damaged one; says what is wrong.
-    FileNotFoundError
-        Where there is no such file.
-
-    Warns
-    -----
-    UncheckedFile
-        For a file without a checksum of the whole, which another program or an earlier version wrote. It is read, if
-        its content is that of a run.
-    """
+def load(path: Any, system: type[BaseSystem], run: type[_Run]) -> _Run:
+    """Read a run; see :func:`fullbody.load`. The two classes are those of the run's system and of the run."""
     path = as_path(path)
     try:
         with opened(path) as stored:
-            run = _run(stored)
+            found = _run(stored, system, run)
     except InvalidInput as error:
         raise InvalidInput(f"{path} is not a readable run of fullbody: {error}") from error
     if not stored.sealed:
         text = "another program or an earlier version of fullbody wrote it, and damage may go unseen"
         caution(f"{path} has no checksum of the whole file: {text}", UncheckedFile)
-    return run
+    return found
 
 
 def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any], _Built]) -> _Built:
@@ -235,7 +212,7 @@ def _format(stored: Stored) -> int:
     return written
 
 
-def _run(stored: Stored) -> Run:
+def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) -> _Run:
     """The run in a file."""
     texts = {name: stored.attribute(name) for name in _TEXTS}
     # Files of version 0.1.0 do not tell their start.
@@ -249,7 +226,12 @@ def _run(stored: Stored) -> Run:
             f"attribute fullbody_checksum does not fit: one of {', '.join((*_TEXTS, *_START))} has been altered; "
             "where that was meant, delete fullbody_checksum"
         )
-    system, integrator = _parsed(stored, "fullbody_setup", None, _restore)
+    system, integrator = _parsed(
+        stored,
+        "fullbody_setup",
+        None,
+        lambda setup: (system_type._rebuild(setup), rebuild(setup["integrator"])),
+    )
     counts = _parsed(stored, "fullbody_statistics", None, _statistics)
     asked = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.asked_for(events, system))
     record = {"time": stored.numbers("time", {"time": None})}
@@ -259,7 +241,7 @@ def _run(stored: Stored) -> Run:
         record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)})
     check_order(record["time"], "time", repeated=False)
     check_unit(record["attitude"], "attitude")
-    run = Run(system, record, counts, integrator)
+    run = run_type(system, record, counts, integrator)
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
     run.events = occurrences.from_file(stored, system, asked)
     run.stop_reason = stored.text("stop_reason", "unknown")
@@ -275,14 +257,10 @@ def _statistics(counts: list[Any]) -> Statistics:
     return Statistics(*numbers)
 
 
-def _describe(system: System, integrator: Integrator) -> dict[str, Any]:
+def _describe(system: BaseSystem, integrator: Integrator) -> dict[str, Any]:
     """The set-up as JSON; floats keep all their digits there."""
 
     def strip(step: Any) -> float:
         return float(system._units.strip(step, "time", "step"))
 
     return {**system._describe(), "integrator": integrator._describe(strip)}
-
-
-def _restore(setup: dict[str, Any]) -> tuple[System, Integrator]:
-    return System._rebuild(setup), rebuild(setup["integrator"])

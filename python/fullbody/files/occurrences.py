@@ -14,8 +14,8 @@ from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..events import Event, Occurrence
 from ..model.state import State
-from ..motion.run import Run
-from ..motion.system import System
+from ..model.system import BaseSystem
+from ..record.base import BaseRun
 from .stored import Stored, check_order, check_unit
 
 __all__ = ["asked_for", "from_file", "to_dataset"]
@@ -43,7 +43,7 @@ class Unstored:
 
 
 def to_dataset(
-    run: Run, attributes: Callable[[str | None, str], dict[str, str]]
+    run: BaseRun, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
     """Variables, coordinates, and the events that were asked for as JSON; without any of the first where none happened.
 
@@ -72,7 +72,7 @@ def to_dataset(
     return variables, coordinates, text
 
 
-def asked_for(described: list[dict[str, Any]], system: System) -> list[Event]:
+def asked_for(described: list[dict[str, Any]], system: BaseSystem) -> list[Event]:
     """The events that were asked for."""
     asked = [_rebuild(event) for event in described]
     for event in asked:
@@ -81,7 +81,7 @@ def asked_for(described: list[dict[str, Any]], system: System) -> list[Event]:
     return asked
 
 
-def from_file(stored: Stored, system: System, asked: list[Event]) -> list[Occurrence]:
+def from_file(stored: Stored, system: BaseSystem, asked: list[Event]) -> list[Occurrence]:
     """The events of a run's file; none in files that keep none."""
     if not asked:
         return []
@@ -99,7 +99,7 @@ def from_file(stored: Stored, system: System, asked: list[Event]) -> list[Occurr
             raise InvalidInput(f"event_asked has {place}; expected 0 to {len(asked) - 1}, a place in fullbody_events")
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
-        state = State._wrap(core, system)
+        state = system._state(core)
         happened.append(Occurrence(asked[int(place)], state.time, state))
     return happened
 

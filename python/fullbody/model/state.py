@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from ..base.arguments import directions, doubt_radians, named_options, place, re
 from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from ..base.values import block
 from ..errors import InvalidInput, caution
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["State"]
 
@@ -171,12 +168,11 @@ class State:
         return cls(position, velocity, np.roll(last, 1, axis=-1), spin, time)
 
     @classmethod
-    def _wrap(cls, core: _core.State, system: System) -> State:
-        units = system._units
+    def _wrap(cls, core: _core.State, units: Units, names: tuple[str, ...]) -> State:
         state = cls.__new__(cls)
         state._core = core
         state._units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.known else {}
-        state._names = system.names
+        state._names = names
         return state
 
     def _named(self, names: tuple[str, ...]) -> State:

@@ -11,7 +11,7 @@ from ..base import tables
 
 if TYPE_CHECKING:
     from .. import _core
-    from .system import System
+    from ..model.system import BaseSystem
 
 __all__ = ["of_start"]
 
@@ -21,7 +21,7 @@ _FAST = 10.0
 _FAR = 1e3
 
 
-def of_start(system: System, start: _core.State, tolerance: float | None) -> Iterator[str]:
+def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) -> Iterator[str]:
     """What is doubtful about a start.
 
     Parameters
@@ -37,7 +37,7 @@ def of_start(system: System, start: _core.State, tolerance: float | None) -> Ite
             yield from _far(system, start, masses, tolerance)
 
 
-def _unbound(system: System, start: _core.State, masses: Any) -> Iterator[str]:
+def _unbound(system: BaseSystem, start: _core.State, masses: Any) -> Iterator[str]:
     """Whether a body leaves the others much faster than their attraction can be meant to hold it."""
     speed, escape = np.empty((2, len(masses)))
     for body, (others, apart) in enumerate(_distances(start.position)):
@@ -60,7 +60,7 @@ def _unbound(system: System, start: _core.State, masses: Any) -> Iterator[str]:
     )
 
 
-def _far(system: System, start: _core.State, masses: Any, tolerance: float | None) -> Iterator[str]:
+def _far(system: BaseSystem, start: _core.State, masses: Any, tolerance: float | None) -> Iterator[str]:
     """Whether the barycentre, which the integrators count positions from, is far from bodies near each other."""
     distances = list(_distances(start.position))
     nearest = np.array([apart.min() for _, apart in distances])

@@ -1,197 +1,21 @@
-"""The recorded run."""
+"""What can be done with a run: drawn, filmed, viewed, turned into tables, saved."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
-from .. import _core
-from ..base.arguments import named_options
-from ..base.values import same
-from ..errors import InvalidInput
-from ..model.state import State
-from ..orbit.elements import KeplerElements
-from ..record.dense import Dense, Samples
-from ..record.integrators import Integrator
-from ..record.recorded import Recorded
-from ..record.track import Track
+from ..record.base import BaseRun
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from ..events import Occurrence
     from ..plots import Plots
     from ..view import View
-    from .system import System
 
-__all__ = ["Run", "Statistics"]
-
-
-@dataclass(frozen=True, slots=True)
-class Statistics:
-    """Counts of an integration.
-
-    Attributes
-    ----------
-    steps, rejected, evaluations : int
-        Accepted steps, rejected attempts, evaluations of the rates of change.
-    """
-
-    steps: int
-    rejected: int
-    evaluations: int
+__all__ = ["RunVerbs"]
 
 
-@named_options
-class Run(Recorded):
-    """What an integration recorded; K samples of N bodies.
-
-    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
-    :class:`Run` (its start, statistics and events are the whole run's).
-    Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
-
-    Attributes
-    ----------
-    system : System
-    statistics : Statistics
-    integrator : Integrator
-    events : list of Occurrence
-        What was watched for and happened, in order of the run.
-    stop_reason : str
-        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
-        error); ``"unknown"`` in a run from a file that does not tell.
-    dense : Dense or None
-        The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
-    """
-
-    def __init__(
-        self,
-        system: System,
-        record: dict[str, npt.NDArray[np.float64]],
-        statistics: Statistics,
-        integrator: Integrator,
-    ) -> None:
-        self.system = system
-        self.statistics = statistics
-        self.integrator = integrator
-        self.events: list[Occurrence] = []
-        self.stop_reason = "end"
-        self.dense: Dense | None = None
-        self._record = record
-        self._protect()
-
-    def _protect(self) -> None:
-        for values in self._record.values():
-            values.flags.writeable = False
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "dense": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._protect()
-
-    def __copy__(self) -> Run:
-        return self[:]
-
-    def __deepcopy__(self, memo: Any) -> Run:
-        # Nothing in it changes, but for the list of events.
-        run = self[:]
-        run.events = list(run.events)
-        return run
-
-    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
-        """Osculating elements of one body about another.
-
-        Parameters
-        ----------
-        mu : float or Quantity, optional
-            G times the sum of the two masses, unless given.
-        primary, secondary : int or str
-            Places in the system, or names.
-
-        Returns
-        -------
-        KeplerElements
-            Of arrays (K,), in the frame of the system.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> system.integrate(state, 10.0, output=1.0).elements().e.shape
-        (11,)
-        """
-        units = self.system._units
-        primary = self.system._place(primary, "primary")
-        secondary = self.system._place(secondary, "secondary")
-        mu = self.system.mu(primary, secondary) if mu is None else mu
-        number = units.number(mu, "mu", "mu")
-        position, velocity = self._record["position"], self._record["velocity"]
-        rows = _core.cartesian_to_elements(
-            np.ascontiguousarray(position[:, secondary] - position[:, primary]),
-            np.ascontiguousarray(velocity[:, secondary] - velocity[:, primary]),
-            number,
-        )
-        a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)
-        return KeplerElements._trusted(
-            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.system.frame
-        )
-
-    def __call__(self, time: Any) -> State | Samples:
-        """The state at any time of a run with ``dense=True``; see :class:`Dense`.
-
-        Parameters
-        ----------
-        time : float, Quantity or array_like, (K,)
-
-        Returns
-        -------
-        State or Samples
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> run = system.integrate(state, 10.0, output=10.0, dense=True)
-        >>> run(3.7).position.shape, run([1.0, 2.0]).position.shape
-        ((2, 3), (2, 2, 3))
-        """
-        if self.dense is None:
-            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
-        return self.dense(time)
-
-    def __len__(self) -> int:
-        return len(self._record["time"])
-
-    @overload
-    def __getitem__(self, index: int) -> State: ...
-    @overload
-    def __getitem__(self, index: slice) -> Run: ...
-    @overload
-    def __getitem__(self, index: str) -> Track: ...
-    def __getitem__(self, index: int | slice | str) -> State | Run | Track:
-        if isinstance(index, str):
-            return Track._of(self, self.system._place(index, "body"))
-        if isinstance(index, slice):
-            record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
-            run = Run(self.system, record, self.statistics, self.integrator)
-            run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
-            run._start = self._start
-            return run
-        r = self._record
-        core = _core.State(
-            float(r["time"][index]),
-            *(np.ascontiguousarray(r[n][index]) for n in ("position", "velocity", "attitude", "spin")),
-        )
-        return State._wrap(core, self.system)
-
-    def __iter__(self) -> Iterator[State]:
-        return (self[k] for k in range(len(self)))
+class RunVerbs(BaseRun):
+    """Base of :class:`fullbody.Run`: its verbs."""
 
     @property
     def plot(self) -> Plots:
@@ -338,26 +162,3 @@ class Run(Recorded):
         from ..files.netcdf import save
 
         save(self, path)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Run):
-            return NotImplemented
-        alike = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
-        alike = alike and same(self._start, other._start)
-        how = self.stop_reason == other.stop_reason and self.events == other.events
-        return alike and how and self.system == other.system and self.statistics == other.statistics
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_run(self), tables.of_system(self.system), tables.of_bodies(self.system))
-
-    def __repr__(self) -> str:
-        if len(self) == 0:
-            return f"Run(no samples, {self.system!r})"
-        span = f"{self.time[0]} to {self.time[-1]}"
-        s = self.statistics
-        samples = f"{len(self)} sample{'s' if len(self) > 1 else ''}"
-        return f"Run({samples} from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"

@@ -14,20 +14,22 @@ import numpy as np
 from .. import _core
 from ..base.arguments import named_options
 from ..base.atomic import as_path, content, replacing
-from ..base.units import Units, scalar
+from ..base.units import scalar
 from ..errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
 from ..model.interactions import Invariants
-from ..model.overlap import explained, explaining
 from ..model.state import State
+from ..model.system import BaseSystem
 from ..record import conserved
+from ..record.base import BaseRun
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98, rebuild
+from ..record.statistics import Statistics
+from .asked import Bar, autosaving, sampling, watched
 from .doubts import of_start
-from .run import Run, Statistics
-from .system import System
+from .run import RunVerbs
 
-__all__ = ["Simulation"]
+__all__ = ["Run", "Simulation", "System"]
 
 #: Under a name of its own, since the class has a property of the module's.
 _Core: TypeAlias = _core.Simulation
@@ -70,7 +72,7 @@ class Simulation:
         self._system = system
         self._integrator = integrator
         start = system._strip(state)
-        with explaining(system, lambda: start, " at the start"):
+        with system._explaining(lambda: start, " at the start"):
             described = integrator._describe(self._time_of_step)
             self._idle = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
         for doubt in of_start(system, start, integrator._tolerance):
@@ -117,12 +119,12 @@ class Simulation:
     @property
     def state(self) -> State:
         """Present state; setting it starts the integration anew from there."""
-        return State._wrap(self._core.state, self._system)
+        return self._system._state(self._core.state)
 
     @state.setter
     def state(self, state: State) -> None:
         core = self._system._strip(state)
-        with explaining(self._system, lambda: core):
+        with self._system._explaining(lambda: core):
             self._core.set_state(core)
 
     @property
@@ -187,7 +189,7 @@ class Simulation:
             with self._run() as core:
                 core.step(float(np.clip(end, -1e300, 1e300)))
         except BodiesOverlap as error:
-            raise explained(error, self._system, None) from None
+            raise self._system._explained(error, None) from None
 
     def integrate(
         self,
@@ -218,19 +220,19 @@ class Simulation:
         """
         units = self._system._units
         end = scalar(units.strip(until, "time", "until"), "until")
-        spacing, times = _output(output, units)
+        spacing, times = sampling(output, units)
         if spacing is not None:
             self._refuse_flood((end - self._core.time) / spacing, output)
-        watched = _events(events)
-        conditions = [event._watched(self._system) for event in watched]
+        events = watched(events)
+        conditions = [event._watched(self._system) for event in events]
         keep = None
         if autosave is not None:
-            path, seconds = _autosave(autosave)
+            path, seconds = autosaving(autosave)
             keep = (seconds, lambda data: _write(path, data))
             # A place that cannot be written in is known now, not when the first file is due.
             self.save(path)
         before = self._core.statistics
-        with _Bar(progress) as report, self._run() as core:
+        with Bar(progress) as report, self._run() as core:
             record, error = core.integrate(end, spacing, times, conditions, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
         parts = ("start", "events", "dense", "stop_reason")
@@ -238,7 +240,7 @@ class Simulation:
         run = Run(self._system, record, counts, self._integrator)
         run._start = None if start is None else np.array(start)
         run.events = [
-            Occurrence(watched[index], units.attach(time, "time"), State._wrap(state, self._system))
+            Occurrence(events[index], units.attach(time, "time"), self._system._state(state))
             for index, time, state in happened
         ]
         run.dense = None if solution is None else Dense(self._system, solution)
@@ -258,7 +260,7 @@ class Simulation:
             interrupted.run = run
             raise interrupted from None
         if isinstance(error, BodiesOverlap):
-            error = explained(error, self._system, None)
+            error = self._system._explained(error, None)
         # Nothing is lost: whatever cut the run short carries what there is of it.
         with contextlib.suppress(AttributeError):
             error.run = run  # type: ignore[attr-defined]
@@ -352,78 +354,74 @@ def _write(path: Path, data: bytes) -> None:
         temporary.write_bytes(data)
 
 
-def _output(output: Any, units: Units) -> tuple[float | None, Any]:
-    """Spacing or times."""
-    if output is None:
-        return None, None
-    if isinstance(output, bool):
-        raise InvalidInput(f"output is {output!r}; expected None, a spacing above zero, or times")
-    values = units.strip(output, "time", "output")
-    if values.ndim > 1:
-        raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")
-    if values.ndim == 1:
-        return None, values
-    if not values > 0.0:
-        raise InvalidInput(f"output is {output!r}; expected a spacing above zero, or times")
-    return float(values), None
+@named_options
+class System(BaseSystem):  # noqa: D101
+    __doc__ = BaseSystem.__doc__  # The description of its parameters stands where they are taken.
+
+    def integrate(
+        self,
+        state: State,
+        until: Any,
+        output: Any = None,
+        integrator: Integrator | None = None,
+        events: Iterable[Event] = (),
+        dense: bool = False,
+        progress: Any = False,
+        autosave: tuple[Any, float] | None = None,
+    ) -> Run:
+        """Run from a state to a time.
+
+        Parameters
+        ----------
+        state : State
+        until : float, Quantity or text with a unit
+            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
+        output : None, float, Quantity or array_like
+            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
+            times; an empty one records nothing but events (and ``dense``).
+        integrator : Integrator, optional
+            :class:`fullbody.Verner98` unless given.
+        events : iterable of Event
+            What to watch for, from :mod:`fullbody.events`; a terminal one ends the run.
+        dense : bool
+            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
+        progress : bool, str or callable
+            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+            What it returns is not used; an error that it raises ends the run.
+        autosave : (path, seconds), optional
+            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
+            :meth:`fullbody.Simulation.load` goes on from it.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
+            With the run so far in the attribute ``run``.
+        Interrupted
+            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+        Warns
+        -----
+        InconsistentInput
+            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=1.0)
+        >>> run.position.shape
+        (11, 2, 3)
+        """
+        sim = Simulation(self, state, integrator=integrator)
+        return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
 
 
-def _autosave(autosave: Any) -> tuple[Path, float]:
-    """Where to write and how often, refused before the run starts."""
-    try:
-        where, every = autosave
-        path, seconds = as_path(where), float(every)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidInput(f"autosave is {autosave!r}; expected (path, seconds)") from error
-    if not 0.0 <= seconds < 1e9:
-        raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")
-    return path, seconds
+@named_options
+class Run(RunVerbs):  # noqa: D101
+    __doc__ = BaseRun.__doc__
 
-
-def _events(events: Iterable[Event]) -> list[Event]:
-    if isinstance(events, str):
-        raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
-    try:
-        watched = list(events)
-    except TypeError as error:
-        raise InvalidInput(f"events is {events!r}; expected a list of fullbody.events") from error
-    for event in watched:
-        if not isinstance(event, Event):
-            raise InvalidInput(f"events has {event!r}; expected fullbody.events")
-    return watched
-
-
-class _Bar:
-    """A progress bar as a context; gives what the core is to call, or ``None``."""
-
-    def __init__(self, progress: Any) -> None:
-        self._progress = progress
-        self._bar: Any = None
-        self._end = ""
-
-    def __enter__(self) -> Any:
-        if not self._progress:
-            return None
-        if callable(self._progress):
-            return self._progress
-        from tqdm.auto import tqdm
-
-        layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
-        label = self._progress if isinstance(self._progress, str) else None
-        self._bar = tqdm(total=1.0, desc=label, bar_format=layout)
-        return self._update
-
-    def _update(self, start: float, time: float, end: float) -> None:
-        self._bar.n = (time - start) / (end - start)
-        # Time of the system passed a second of the clock.
-        rate = abs(time - start) / max(self._bar.format_dict["elapsed"], 1e-9)
-        self._end = f"t = {end:.6g}, {rate:.3g}/s"
-        self._bar.set_postfix_str(f"t = {time:.6g}, {rate:.3g}/s", refresh=False)
-        self._bar.refresh()
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        if self._bar is not None:
-            if kind is None:
-                self._bar.n = 1.0
-                self._bar.set_postfix_str(self._end, refresh=False)
-            self._bar.close()
+    system: System

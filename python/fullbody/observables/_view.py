@@ -15,7 +15,7 @@ from . import _follow as follow
 from . import _signal as signal
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 _Array = npt.NDArray[np.float64]
 #: Fewer revolutions than these have no mean to speak of; from :data:`WINDOWED` on, a window tells it from what recurs.
@@ -41,11 +41,11 @@ class View:
     """
 
     def __init__(
-        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
+        self, run: BaseRun, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
     ) -> None:
-        from ..motion.run import Run
+        from ..record.base import BaseRun
 
-        if not isinstance(run, Run):
+        if not isinstance(run, BaseRun):
             raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
         body = run.system._place(body, f"body of {what}")
         about = int(body == 0) if about is None else about

@@ -17,7 +17,7 @@ from ._follow import Path
 from ._view import REVOLUTIONS, WINDOWED, View
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
@@ -111,7 +111,7 @@ class Precession(Record):
 
 
 @named_options
-def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
+def element_rates(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Osculating elements with their rates.
 
     Parameters
@@ -174,7 +174,7 @@ def _per_time(view: View, number: Any) -> Any:
 
 
 @named_options
-def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
+def mutual_period(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """The period of the mutual orbit, revolution by revolution, and its drift.
 
     Sidereal: a revolution is a whole turn in the orbit's plane, from a direction that turns with the plane but not in
@@ -241,7 +241,7 @@ def _sharpened(view: View, moments: _Array, start: float) -> _Array:
 
 
 @named_options
-def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
+def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Mean apsidal and nodal precession of an orbit.
 
     The apsidal rate is the mean motion in the orbit's plane less the frequency of the distance: unlike the slope of the

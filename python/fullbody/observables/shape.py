@@ -15,7 +15,7 @@ from ._view import WINDOWED, View
 from .orbit import motions, passages
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
 
@@ -68,7 +68,7 @@ class Eccentricity(Record):
     osculating: float
 
 
-def orbit_shape(run: Run, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
+def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
     """Semi-major axis and eccentricity by the distances alone, revolution by revolution.
 
     The distance is what an observer and a spacecraft see, whatever the masses and the figures of the bodies; osculating
@@ -156,7 +156,7 @@ def _extremes(
     return found
 
 
-def eccentricity(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
+def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
     """The mean eccentricity of an orbit: what is free, what the figures force, and the osculating one.
 
     Parameters

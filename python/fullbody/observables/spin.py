@@ -16,7 +16,7 @@ from . import _signal as signal
 from ._view import NEAREST, REVOLUTIONS, View
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
 
@@ -48,7 +48,7 @@ class Libration(Record):
 
 
 @named_options
-def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Any:
+def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Any:
     """The mean rate at which a body's pole of rotation goes about an axis.
 
     Parameters
@@ -96,7 +96,7 @@ def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: i
 
 
 @named_options
-def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
+def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Any:
     """The angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
     Parameters
@@ -124,7 +124,7 @@ def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
 
 
 @named_options
-def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Any:
+def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Any:
     """The attitude of a body in its orbit's frame.
 
     That frame's x-axis points from the body at the other one and its z-axis along the orbit's normal; the body's frame
@@ -164,7 +164,7 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> An
 
 
 @named_options
-def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
+def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
     """The libration of a body's longest axis, its amplitude and its strongest periodic terms.
 
     Parameters

@@ -16,7 +16,7 @@ from ._view import View
 from .spin import angles, in_orbit_frame
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["Tumbling", "tumbles"]
 
@@ -48,7 +48,7 @@ class Tumbling(Record):
     largest: Any
 
 
-def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
+def tumbles(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
     """Whether and when a body's roll, pitch or yaw passes a limit.
 
     The angles are those of :func:`roll_pitch_yaw`, but from the nearest of the attitudes in which an ellipsoid looks

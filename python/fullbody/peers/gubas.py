@@ -14,7 +14,7 @@ from ..model.bodies import Body, Ellipsoid, Sphere
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
     from ._gubas_files import Setup
 
 __all__ = ["read_gubas"]
@@ -105,7 +105,7 @@ def read_gubas(
 
 def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tuple[System, State]:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     try:
         bodies = [

@@ -14,7 +14,7 @@ from ..model.bodies import Body, PointMass, Sphere
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
 __all__ = ["from_rebound", "to_rebound"]
 
@@ -69,7 +69,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     1.0
     """
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     # Whoever has a simulation has imported the package.
     rebound = sys.modules.get("rebound")
@@ -177,7 +177,7 @@ def to_rebound(system: System, state: State) -> Any:
     except ImportError as error:
         raise ImportError("to_rebound needs the package rebound: pip install rebound") from error
 
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")

@@ -18,7 +18,7 @@ from ._text import fail, number, read_lines
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
 __all__ = ["read_sians"]
 
@@ -113,7 +113,7 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     array([5., 0., 0.])
     """
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     names, G, day = _scale(units)
     file = _parse(path)

@@ -9,7 +9,7 @@ from ..base.arguments import named_options
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["Plots"]
 
@@ -36,7 +36,7 @@ class Plots:
 
     __slots__ = ("_run",)
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: BaseRun) -> None:
         self._run = run
 
     def __eq__(self, other: object) -> bool:

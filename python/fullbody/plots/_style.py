@@ -15,7 +15,7 @@ from ..errors import InvalidInput
 from ..record.track import attitudes
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 Array = npt.NDArray[np.float64]
 
@@ -66,13 +66,13 @@ def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, An
     return named
 
 
-def unit(run: Run, dimension: str) -> str:
+def unit(run: BaseRun, dimension: str) -> str:
     """The unit of a dimension as text, empty where the system has none."""
     units = run.system._units
     return str(units.unit(dimension).to_string("unicode")) if units.known else ""
 
 
-def label(run: Run, text: str, dimension: str) -> str:
+def label(run: BaseRun, text: str, dimension: str) -> str:
     """An axis label with its unit."""
     name = unit(run, dimension)
     return f"{text} [{name}]" if name else f"{text} [system units]"
@@ -83,7 +83,7 @@ def short(name: str) -> str:
     return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
 
 
-def called(run: Run, body: int) -> str:
+def called(run: BaseRun, body: int) -> str:
     """A body's name for a picture; a dollar would begin a formula."""
     return plain(short(run.system.names[body]))
 
@@ -93,13 +93,13 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def joined(run: Run) -> str:
+def joined(run: BaseRun) -> str:
     """The bodies' names as a phrase."""
     *names, last = (short(name) for name in run.system.names)
     return f"{', '.join(names)} and {last}" if names else last
 
 
-def _clock(run: Run) -> tuple[float, str]:
+def _clock(run: BaseRun) -> tuple[float, str]:
     """How many of the system's units of time one unit of the time axis holds, and that unit's name.
 
     Days where the system's units would run to thousands, and years where days would.
@@ -117,14 +117,14 @@ def _clock(run: Run) -> tuple[float, str]:
     return 1.0, unit(run, "time")
 
 
-def times(run: Run) -> Array:
+def times(run: BaseRun) -> Array:
     """The samples' times in the unit that :func:`time_label` names."""
     known: Array = run._record["time"]
     factor = _clock(run)[0]
     return known if factor == 1.0 else known / factor
 
 
-def time_label(ax: Any, run: Run) -> None:
+def time_label(ax: Any, run: BaseRun) -> None:
     """Name the time axis."""
     ax.set_xlabel(f"time [{_clock(run)[1]}]")
 
@@ -222,7 +222,7 @@ def check_axes(ax: Any, what: str, projection: str = "") -> Any:
     return ax
 
 
-def check_body(run: Run, index: int, what: str) -> int:
+def check_body(run: BaseRun, index: int, what: str) -> int:
     """A place in the system, counted from the front."""
     count = len(run.system)
     if not isinstance(index, int) or not -count <= index < count:
@@ -230,7 +230,7 @@ def check_body(run: Run, index: int, what: str) -> int:
     return index % count
 
 
-def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
+def chosen(run: BaseRun, bodies: Sequence[int] | None) -> list[int]:
     """Places of the bodies to draw."""
     if bodies is None:
         return list(range(len(run.system)))
@@ -240,7 +240,7 @@ def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
     return places
 
 
-def split_far(run: Run, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
+def split_far(run: BaseRun, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
     """The bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
 
     Without ``about``, the picture is of the two bodies that come nearest to each other.
@@ -260,23 +260,23 @@ def split_far(run: Run, about: int | None = None) -> tuple[list[int], list[tuple
     return [body for body in range(count) if body not in gone], far
 
 
-def far_label(run: Run, body: int, distance: float) -> str:
+def far_label(run: BaseRun, body: int, distance: float) -> str:
     """What the legend says of a body outside the picture."""
     return f"{called(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
 
 
-def check_samples(run: Run) -> None:
+def check_samples(run: BaseRun) -> None:
     """Refuse a run with nothing to draw."""
     if len(run) == 0:
         raise InvalidInput("the run has no samples; expected at least one to draw")
 
 
-def attitudes_of(run: Run, body: int) -> _core.State:
+def attitudes_of(run: BaseRun, body: int) -> _core.State:
     """Those of one body along the run."""
     return attitudes(run._record["attitude"][:, body])
 
 
-def semi_axes(run: Run, body: int) -> Array | None:
+def semi_axes(run: BaseRun, body: int) -> Array | None:
     """Semi-axes (3,) in the system's units, ``None`` for a point."""
     axes = run.system.bodies[body].shape.semi_axes
     if axes is None:
@@ -284,6 +284,6 @@ def semi_axes(run: Run, body: int) -> Array | None:
     return np.array([float(run.system._units.strip(axis, "length", "semi-axis")) for axis in axes])
 
 
-def masses(run: Run) -> Array:
+def masses(run: BaseRun) -> Array:
     """Masses (N,) as numbers."""
     return np.array([body._core(run.system._units, i).mass for i, body in enumerate(run.system.bodies)])

@@ -24,12 +24,12 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 
 
-def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
+def angles(run: BaseRun, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.angles`."""
     check_samples(run)
     places, kwargs = chosen(run, bodies), wishes(kwargs)

@@ -19,7 +19,7 @@ from .sampling import warn_if_aliased
 from .scene import draw_body, scene, stage, title
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["animate"]
 
@@ -37,7 +37,7 @@ _ICONS = {
 _SUFFIXES = (".mp4", ".gif", ".html")
 
 
-def animate(run: Run, path: Any, *, seconds: float, fps: int, size: tuple[float, float], dpi: float) -> Path:
+def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[float, float], dpi: float) -> Path:
     """See :meth:`fullbody.Run.animate`."""
     path = Path(path)
     kind = path.suffix.lower()

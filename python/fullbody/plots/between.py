@@ -11,7 +11,7 @@ from ..errors import InvalidInput
 from ._style import Array, masses, split_far
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["at", "moment", "track"]
 
@@ -19,7 +19,7 @@ __all__ = ["at", "moment", "track"]
 _SMOOTH = 1000
 
 
-def moment(run: Run, time: Any) -> float:
+def moment(run: BaseRun, time: Any) -> float:
     """A time of the run in the system's units; its end for ``None``."""
     known = run._record["time"]
     if time is None:
@@ -31,7 +31,7 @@ def moment(run: Run, time: Any) -> float:
     return wanted
 
 
-def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
+def track(run: BaseRun, end: float, count: int = _SMOOTH) -> Array:
     """Times of the samples up to ``end`` and of it; where they are few, others between them, ``count`` in all."""
     known = run._record["time"]
     passed = known <= end if known[-1] >= known[0] else known >= end
@@ -41,7 +41,7 @@ def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
     return np.asarray(np.interp(places, np.arange(len(stops)), stops))
 
 
-def at(run: Run, times: Array) -> tuple[Array, Array]:
+def at(run: BaseRun, times: Array) -> tuple[Array, Array]:
     """Centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
 
     From the continuous solution where the run keeps one (``dense=True``); otherwise from the samples and, between them,
@@ -79,7 +79,7 @@ def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Arr
     return np.asarray(np.where(bent, CubicHermiteSpline(known, centres, velocities)(times), straight))
 
 
-def _from_barycentre(run: Run, vectors: Array) -> Array:
+def _from_barycentre(run: BaseRun, vectors: Array) -> Array:
     """Positions or velocities (T, N, 3) less those of the barycentre of the bodies that fit in one picture."""
     weights = np.zeros(len(run.system))
     near = split_far(run)[0]

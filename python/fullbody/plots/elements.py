@@ -22,7 +22,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 #: Name, symbol, what it is.
 _ROWS = (
@@ -36,7 +36,7 @@ _ROWS = (
 
 
 def elements(
-    run: Run,
+    run: BaseRun,
     axes: Any,
     *,
     mu: Any,

@@ -9,13 +9,13 @@ import numpy as np
 from ._style import check_samples, grid, legend, line, single, time_label, times, wishes
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 #: Half the spacing of doubles at 1: no smaller relative change exists.
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
 
 
-def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
+def energy(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.energy`."""
     check_samples(run)
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)

@@ -26,13 +26,13 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 #: A body whose yaw passes this goes round under the other one; so it does not librate.
 _ROUND = 2.0 * np.pi
 
 
-def libration(run: Run, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
+def libration(run: BaseRun, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.libration`."""
     check_samples(run)
     body, about = check_body(run, body, "body"), check_body(run, about, "about")
@@ -52,7 +52,7 @@ def libration(run: Run, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any
     return ax
 
 
-def _angles(run: Run, body: int, about: int) -> dict[str, Any]:
+def _angles(run: BaseRun, body: int, about: int) -> dict[str, Any]:
     """Roll, pitch and yaw (K,) of a body that librates; of one that goes round, the tilt of its z-axis."""
     try:
         turned = np.asarray(roll_pitch_yaw(run, body=body, about=about))
@@ -67,7 +67,7 @@ def _angles(run: Run, body: int, about: int) -> dict[str, Any]:
     return {"tilt": np.arctan2(across, np.sum(normal * axis, axis=1))}
 
 
-def _normal(run: Run, body: int, about: int) -> Array:
+def _normal(run: BaseRun, body: int, about: int) -> Array:
     """Normals (K, 3) of the orbit, of any length; zero where the motion is along a line."""
     r, v = (run._record[name][:, body] - run._record[name][:, about] for name in ("position", "velocity"))
     return np.asarray(np.cross(r, v))

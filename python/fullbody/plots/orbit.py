@@ -26,12 +26,12 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
-def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
+def orbit(run: BaseRun, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.orbit`."""
     if plane not in _PLANES:
         raise InvalidInput(f"plane is {plane!r}; expected one of {list(_PLANES)}")
@@ -61,7 +61,7 @@ def orbit(run: Run, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs
     return ax
 
 
-def _outline(ax: Any, run: Run, body: int, centre: Array, plane: list[int]) -> None:
+def _outline(ax: Any, run: BaseRun, body: int, centre: Array, plane: list[int]) -> None:
     """The edge of a body as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
     axes = semi_axes(run, body)
     if axes is None:

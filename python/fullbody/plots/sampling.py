@@ -10,12 +10,12 @@ from ..errors import caution
 from ._style import Array
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["warn_if_aliased"]
 
 
-def warn_if_aliased(run: Run, times: Array) -> None:
+def warn_if_aliased(run: BaseRun, times: Array) -> None:
     """Warn where a body turns by more than half a turn between two pictures: it would seem to turn otherwise.
 
     So it would between two samples, unless the run keeps its continuous solution.

@@ -25,7 +25,7 @@ from ._style import (
 from .between import at, moment, track
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 #: Body axes reach this far, in units of the longest semi-axis.
 _REACH = 1.7
@@ -34,7 +34,7 @@ _MARGIN = 0.11
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
-def scene(run: Run, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
+def scene(run: BaseRun, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.scene`."""
     check_samples(run)
     if ax is None:
@@ -86,14 +86,14 @@ def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
     return {**wishes(rest, "collections.PolyCollection"), **kept}
 
 
-def title(ax: Any, run: Run, time: str) -> None:
+def title(ax: Any, run: BaseRun, time: str) -> None:
     """The time with its unit above a scene."""
     ax.set_title(f"time {time} {unit(run, 'time')}".rstrip(), fontsize="medium")
 
 
 def draw_body(
     ax: Any,
-    run: Run,
+    run: BaseRun,
     body: int,
     centre: Array,
     attitude: Array,
@@ -118,7 +118,7 @@ def draw_body(
     return artists
 
 
-def frame(ax: Any, run: Run, centres: Array, bodies: list[int]) -> None:
+def frame(ax: Any, run: BaseRun, centres: Array, bodies: list[int]) -> None:
     """Equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies; labels with units."""
     sizes = [0.0 if (axes := semi_axes(run, body)) is None else _REACH * axes.max() for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))

@@ -25,10 +25,10 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 
-def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
+def spins(run: BaseRun, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.spins`."""
     if frame not in ("body", "inertial"):
         raise InvalidInput(f"frame is {frame!r}; expected 'body' or 'inertial'")

@@ -16,7 +16,7 @@ from .orbit import orbit
 from .spins import spins
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -40,7 +40,7 @@ class Page:
         return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
 
 
-def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
+def summary(run: BaseRun, figure: Any, *, primary: int, secondary: int) -> Any:
     """See :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
     if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):

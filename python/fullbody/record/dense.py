@@ -12,7 +12,7 @@ from ..errors import InvalidInput
 from ..model.state import State
 
 if TYPE_CHECKING:
-    from ..motion.system import System
+    from ..model.system import BaseSystem
 
 __all__ = ["Dense", "Samples"]
 
@@ -29,7 +29,7 @@ class Dense:
         First and last time, in the direction of the run.
     """
 
-    def __init__(self, system: System, core: _core.Dense) -> None:
+    def __init__(self, system: BaseSystem, core: _core.Dense) -> None:
         self._system = system
         self._core = core
 
@@ -61,7 +61,7 @@ class Dense:
                 f"time is {units.attach(outside[0], 'time')}; expected one from {first} to {last}, which the run covers"
             )
         if values.ndim == 0:
-            return State._wrap(self._core.state(float(values)), self._system)
+            return self._system._state(self._core.state(float(values)))
         if values.ndim != 1:
             raise InvalidInput(f"time has shape {values.shape}; expected a number or (K,)")
         arrays = self._core.states(values)

@@ -12,7 +12,7 @@ from .. import _core
 from ..base.values import Record
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["Track"]
 
@@ -64,7 +64,7 @@ class Track(Record):
         return attitudes(self.attitude).tait_bryan if len(self.attitude) else np.zeros((0, 3))
 
     @classmethod
-    def _of(cls, run: Run, body: int) -> Track:
+    def _of(cls, run: BaseRun, body: int) -> Track:
         arrays = (getattr(run, name)[:, body] for name in ("position", "velocity", "attitude", "spin"))
         return cls(run.system.names[body], run.time, *arrays)
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from ..base import rotations
 from ..errors import BodiesOverlap, FullbodyError, NotConverged
-from ..model.overlap import explaining
 from ..model.state import State
-from ..motion.system import System
+from ..motion.simulation import System
 from .masses import Found
 
 #: Revolutions that a period is measured in, at least and at most, and librations of a locked body that they hold.
@@ -51,7 +50,7 @@ def _circular(
         total = 0.0
         for pose in poses:
             core = State([np.zeros(3), size * direction], np.zeros((2, 3)), pose)._core
-            with explaining(system, lambda core=core: core, " at the start"):  # type: ignore[misc]
+            with system._explaining(lambda core=core: core, " at the start"):  # type: ignore[misc]
                 total += -float(system._core.interactions(core)[0][1] @ direction)
         return total / len(poses) / reduced * size**2
 

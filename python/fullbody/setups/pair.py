@@ -15,9 +15,8 @@ from ..base.tables import number
 from ..base.units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
-from ..model.overlap import explaining
 from ..model.state import State
-from ..motion.system import System
+from ..motion.simulation import System
 from ..orbit.elements import KeplerElements
 from .component import Component, attitude, pointing, rate
 from .masses import Known, solve
@@ -321,7 +320,7 @@ def _doubts(
 
 def _refuse_overlap(system: System, r: Any, attitudes: Any) -> None:
     state = State([np.zeros(3), r], np.zeros((2, 3)), attitudes)._core
-    with explaining(system, lambda: state, " at the start"):
+    with system._explaining(lambda: state, " at the start"):
         system._core.energy(state)
 
 

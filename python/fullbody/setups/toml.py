@@ -54,13 +54,13 @@ from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES
 from ..model.bodies import Body, Ellipsoid, PointMass, Sphere
 from ..model.state import State
-from ..motion.system import System
+from ..motion.simulation import System
 from ..orbit.elements import KeplerElements
 from ..record import integrators
 from .toml_table import Table
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..motion.simulation import Run
 
 __all__ = ["Setup", "read_toml"]
 

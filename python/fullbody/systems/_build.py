@@ -15,7 +15,7 @@ from ._published import Published
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 G = 6.67430e-11 * 1e-9 * 3600.0**2
@@ -32,7 +32,7 @@ def check_frame(frame: str) -> None:
 
 def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """The options of the system to be, with its epoch: its own, or the one asked for where it has none."""
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     fixed = ("bodies", "G", "units", "frame")
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
@@ -49,8 +49,7 @@ def base_units(units: Wanted) -> tuple[str, str, str] | None:
 
 def in_units(system: System, state: State, units: Wanted) -> tuple[System, State]:
     """A system in km, hour, kg and its state, in the units asked for."""
-    from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     wanted = Units(units)
     if not wanted.known or wanted == Units(UNITS):
@@ -58,7 +57,7 @@ def in_units(system: System, state: State, units: Wanted) -> tuple[System, State
     turned = System(system.bodies, system.G, units=wanted.names, **system.options)
     # Through its description, for the bodies to be in these units too.
     rebuilt = System._rebuild(turned._describe())
-    return rebuilt, State._wrap(state._in(wanted), rebuilt)
+    return rebuilt, rebuilt._state(state._in(wanted))
 
 
 def in_frame(state: State, facts: Published, frame: str) -> State:

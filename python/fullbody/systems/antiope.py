@@ -11,7 +11,7 @@ from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
 __all__ = ["antiope"]
 

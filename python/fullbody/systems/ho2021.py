@@ -16,7 +16,7 @@ from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
 __all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
 
@@ -269,7 +269,7 @@ def case2(theta_0: Any = np.pi / 32, **options: Any) -> tuple[System, State]:
 
 def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, State]:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     _refuse_frame(options, "this system is dimensionless, and its axes belong to no frame")
     refuse_unknown(
@@ -297,7 +297,7 @@ def _kw4_mu() -> float:
 
 
 def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     if not isinstance(shape, str) or shape not in ("ellipsoid", "spheroid"):
         raise InvalidInput(f"shape is {shape!r}; expected 'ellipsoid' or 'spheroid'")

@@ -18,7 +18,7 @@ from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
 __all__ = ["sn263_2001"]
 
@@ -150,7 +150,7 @@ def sn263_2001(
     """
     from ..frames import attitude, turn_pole
     from ..model.state import State
-    from ..motion.system import System
+    from ..motion.simulation import System
 
     check_frame(frame)
     ratios_of = _ratios(axis_ratios)

@@ -19,7 +19,7 @@ from ..plots.between import at, track
 from ..plots.sampling import warn_if_aliased
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
+    from ..record.base import BaseRun
 
 __all__ = ["View"]
 
@@ -44,7 +44,7 @@ class View:
         For a run without samples.
     """
 
-    def __init__(self, run: Run, *, samples: int = 20000, height: int = 480) -> None:
+    def __init__(self, run: BaseRun, *, samples: int = 20000, height: int = 480) -> None:
         check_samples(run)
         if not isinstance(samples, int) or samples < 2:
             raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import systems
-from ...motion.run import Run
+from ...motion.simulation import Run
 from ...record.integrators import Integrator, Verner98
 from . import printed
 

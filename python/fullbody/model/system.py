@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import integer, named_options, place
+from ..base.arguments import integer, place
+from ..base.tables import number
 from ..base.units import Units, numbers, scalar
-from ..errors import InvalidInput
-from ..events import Event
-from ..model.bodies import SHAPES, Body
-from ..model.interactions import Energy, Interactions
-from ..model.overlap import explaining
-from ..model.state import State
-from ..record.integrators import Integrator
+from ..errors import BodiesOverlap, InvalidInput
+from .bodies import SHAPES, Body
+from .interactions import Energy, Interactions
+from .state import State
 
-if TYPE_CHECKING:
-    from .run import Run
-
-__all__ = ["System"]
+__all__ = ["BaseSystem"]
 
 
-@named_options
-class System:
+class BaseSystem:
     """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
 
     Parameters
@@ -220,7 +215,7 @@ class System:
         """A place in the system from a place or a name, or an error that says which there are."""
         return place(index, self.names, what)
 
-    def with_options(self, **options: Any) -> System:
+    def with_options(self, **options: Any) -> Self:
         """The same bodies and G with other settings.
 
         Examples
@@ -230,7 +225,7 @@ class System:
         >>> system.with_options(gravity="surface").options["gravity"]
         'surface'
         """
-        return System(self._bodies, self.G, units=self._units.names, **{**self._options, **options})
+        return type(self)(self._bodies, self.G, units=self._units.names, **{**self._options, **options})
 
     def interactions(self, state: State) -> Interactions:
         """Forces, torques and potential energy.
@@ -264,7 +259,7 @@ class System:
         True
         """
         core = self._strip(state)
-        with explaining(self, lambda: core):
+        with self._explaining(lambda: core):
             force, torque, energy = self._core.interactions(core)
         attach = self._units.attach
         return Interactions(attach(force, "force"), attach(torque, "torque"), attach(energy, "energy"))
@@ -281,7 +276,7 @@ class System:
         Energy
         """
         core = self._strip(state)
-        with explaining(self, lambda: core):
+        with self._explaining(lambda: core):
             parts = self._core.energy(core)
         return Energy(*(self._units.attach(part, "energy") for part in parts))
 
@@ -293,73 +288,34 @@ class System:
         """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
         return self._units.attach(self._core.angular_momentum(self._strip(state)), "angular momentum")
 
-    def integrate(
-        self,
-        state: State,
-        until: Any,
-        output: Any = None,
-        integrator: Integrator | None = None,
-        events: Iterable[Event] = (),
-        dense: bool = False,
-        progress: Any = False,
-        autosave: tuple[Any, float] | None = None,
-    ) -> Run:
-        """Run from a state to a time.
-
-        Parameters
-        ----------
-        state : State
-        until : float, Quantity or text with a unit
-            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
-        output : None, float, Quantity or array_like
-            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
-            times; an empty one records nothing but events (and ``dense``).
-        integrator : Integrator, optional
-            :class:`fullbody.Verner98` unless given.
-        events : iterable of Event
-            What to watch for, from :mod:`fullbody.events`; a terminal one ends the run.
-        dense : bool
-            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
-        progress : bool, str or callable
-            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
-            What it returns is not used; an error that it raises ends the run.
-        autosave : (path, seconds), optional
-            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
-            :meth:`fullbody.Simulation.load` goes on from it.
-
-        Returns
-        -------
-        Run
-
-        Raises
-        ------
-        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
-            With the run so far in the attribute ``run``.
-        Interrupted
-            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
-
-        Warns
-        -----
-        InconsistentInput
-            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> run = system.integrate(state, 10.0, output=1.0)
-        >>> run.position.shape
-        (11, 2, 3)
-        """
-        from .simulation import Simulation
-
-        sim = Simulation(self, state, integrator=integrator)
-        return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
-
     def _strip(self, state: State) -> _core.State:
         if not isinstance(state, State):
             raise InvalidInput(f"state is {state!r}; expected a State")
         return state._in(self._units)
+
+    def _state(self, core: _core.State) -> State:
+        """A state of the core's, with units and the bodies' names."""
+        return State._wrap(core, self._units, self.names)
+
+    def _explained(self, error: BodiesOverlap, start: _core.State | None, when: str = "") -> BodiesOverlap:
+        """The error with the distance of the centres in a state, or without one with the time in a run."""
+        if start is not None:
+            first, second = (start.position[self.names.index(name)] for name in error.bodies)
+            apart = number(self._units.attach(np.float64(np.linalg.norm(second - first)), "length"))
+            text = f"overlap{when}, their centres {apart} apart; expected interiors apart"
+        else:
+            time = number(self._units.attach(np.float64(error.time), "time"), 12)
+            text = f"overlap at time {time}; expected interiors apart"
+            text += " (events.Contact, terminal, ends a run at the contact)"
+        return BodiesOverlap(f"{' and '.join(error.bodies)} {text}", error.bodies, error.time)
+
+    @contextmanager
+    def _explaining(self, state: Callable[[], _core.State], when: str = "") -> Iterator[None]:
+        """A context for what is asked of one state."""
+        try:
+            yield
+        except BodiesOverlap as error:
+            raise self._explained(error, state(), when) from None
 
     def __len__(self) -> int:
         return len(self._bodies)
@@ -393,7 +349,7 @@ class System:
         }
 
     @classmethod
-    def _of_core(cls, setup: dict[str, Any], notes: dict[str, Any]) -> System:
+    def _of_core(cls, setup: dict[str, Any], notes: dict[str, Any]) -> Self:
         """The system of a core's set-up and of such notes, which may be missing: a program in Rust leaves none."""
         bodies = []
         noted = notes.get("bodies", [{}] * len(setup["bodies"]))
@@ -411,7 +367,7 @@ class System:
         return cls._rebuild({"bodies": bodies, "G": setup["G"], "units": notes.get("units"), "options": options})
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, System) and self._describe() == other._describe()
+        return isinstance(other, BaseSystem) and self._describe() == other._describe()
 
     def __hash__(self) -> int:
         return hash(repr(self))
@@ -426,10 +382,10 @@ class System:
         return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
 
     def __reduce__(self) -> Any:
-        return (_assemble, (self._bodies, self._G, self._units.names, self._options))
+        return (_assemble, (type(self), self._bodies, self._G, self._units.names, self._options))
 
     @classmethod
-    def _rebuild(cls, described: dict[str, Any]) -> System:
+    def _rebuild(cls, described: dict[str, Any]) -> Self:
         """The system of a description, which may come from a file."""
         units = None if described["units"] is None else tuple(described["units"])
         bodies = [Body(SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in described["bodies"]]
@@ -438,8 +394,8 @@ class System:
         return cls(bodies, described["G"], units=units, **options)
 
 
-def _assemble(bodies: Any, G: float, units: Any, options: dict[str, Any]) -> System:
-    return System(bodies, G, units=units, **options)
+def _assemble(kind: type[BaseSystem], bodies: Any, G: float, units: Any, options: dict[str, Any]) -> BaseSystem:
+    return kind(bodies, G, units=units, **options)
 
 
 def _tolerance(value: Any) -> float:

@@ -1,0 +1,327 @@
+"""What a run recorded, as arrays, and how well it conserved what is conserved."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from typing import Any, Self, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.values import same
+from ..errors import InvalidInput
+from ..events import Occurrence
+from ..model.interactions import Invariants
+from ..model.state import State
+from ..model.system import BaseSystem
+from ..orbit.elements import KeplerElements
+from . import conserved
+from .dense import Dense, Samples
+from .integrators import Integrator
+from .statistics import Statistics
+from .track import Track
+
+__all__ = ["BaseRun"]
+
+
+class BaseRun:
+    """What an integration recorded; K samples of N bodies.
+
+    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
+    :class:`Run` (its start, statistics and events are the whole run's).
+    Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
+
+    Attributes
+    ----------
+    system : System
+    statistics : Statistics
+    integrator : Integrator
+    events : list of Occurrence
+        What was watched for and happened, in order of the run.
+    stop_reason : str
+        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
+        error); ``"unknown"`` in a run from a file that does not tell.
+    dense : Dense or None
+        The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
+    """
+
+    system: BaseSystem
+    #: Numbers of the start, as in :mod:`fullbody.record.conserved`; ``None`` where a file does not tell.
+    _start: npt.NDArray[np.float64] | None = None
+
+    def __init__(
+        self,
+        system: BaseSystem,
+        record: dict[str, npt.NDArray[np.float64]],
+        statistics: Statistics,
+        integrator: Integrator,
+    ) -> None:
+        self.system = system
+        self.statistics = statistics
+        self.integrator = integrator
+        self.events: list[Occurrence] = []
+        self.stop_reason = "end"
+        self.dense: Dense | None = None
+        self._record = record
+        self._protect()
+
+    def _protect(self) -> None:
+        for values in self._record.values():
+            values.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "dense": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._protect()
+
+    def __copy__(self) -> Self:
+        return self[:]
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        # Nothing in it changes, but for the list of events.
+        run = self[:]
+        run.events = list(run.events)
+        return run
+
+    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
+        """Osculating elements of one body about another.
+
+        Parameters
+        ----------
+        mu : float or Quantity, optional
+            G times the sum of the two masses, unless given.
+        primary, secondary : int or str
+            Places in the system, or names.
+
+        Returns
+        -------
+        KeplerElements
+            Of arrays (K,), in the frame of the system.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.integrate(state, 10.0, output=1.0).elements().e.shape
+        (11,)
+        """
+        units = self.system._units
+        primary = self.system._place(primary, "primary")
+        secondary = self.system._place(secondary, "secondary")
+        mu = self.system.mu(primary, secondary) if mu is None else mu
+        number = units.number(mu, "mu", "mu")
+        position, velocity = self._record["position"], self._record["velocity"]
+        rows = _core.cartesian_to_elements(
+            np.ascontiguousarray(position[:, secondary] - position[:, primary]),
+            np.ascontiguousarray(velocity[:, secondary] - velocity[:, primary]),
+            number,
+        )
+        a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)
+        return KeplerElements._trusted(
+            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.system.frame
+        )
+
+    def __call__(self, time: Any) -> State | Samples:
+        """The state at any time of a run with ``dense=True``; see :class:`Dense`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (K,)
+
+        Returns
+        -------
+        State or Samples
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=10.0, dense=True)
+        >>> run(3.7).position.shape, run([1.0, 2.0]).position.shape
+        ((2, 3), (2, 2, 3))
+        """
+        if self.dense is None:
+            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
+        return self.dense(time)
+
+    def __len__(self) -> int:
+        return len(self._record["time"])
+
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    @overload
+    def __getitem__(self, index: str) -> Track: ...
+    def __getitem__(self, index: int | slice | str) -> State | Self | Track:
+        if isinstance(index, str):
+            return self._track(self.system._place(index, "body"))
+        if isinstance(index, slice):
+            record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
+            run = type(self)(self.system, record, self.statistics, self.integrator)
+            run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
+            run._start = self._start
+            return run
+        r = self._record
+        core = _core.State(
+            float(r["time"][index]),
+            *(np.ascontiguousarray(r[n][index]) for n in ("position", "velocity", "attitude", "spin")),
+        )
+        return self.system._state(core)
+
+    def __iter__(self) -> Iterator[State]:
+        return (self[k] for k in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, BaseRun):
+            return NotImplemented
+        alike = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
+        alike = alike and same(self._start, other._start)
+        how = self.stop_reason == other.stop_reason and self.events == other.events
+        return alike and how and self.system == other.system and self.statistics == other.statistics
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _repr_html_(self) -> str:
+        from ..base import tables
+
+        return tables.to_html(tables.of_run(self), tables.of_system(self.system), tables.of_bodies(self.system))
+
+    def __repr__(self) -> str:
+        if len(self) == 0:
+            return f"Run(no samples, {self.system!r})"
+        span = f"{self.time[0]} to {self.time[-1]}"
+        s = self.statistics
+        samples = f"{len(self)} sample{'s' if len(self) > 1 else ''}"
+        return f"Run({samples} from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"
+
+    def _get(self, name: str, dimension: str) -> Any:
+        return self.system._units.attach(self._record[name], dimension)
+
+    @property
+    def time(self) -> Any:
+        """Times (K,)."""
+        return self._get("time", "time")
+
+    @property
+    def dates(self) -> Any:
+        """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
+        if self.system.epoch is None:
+            raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
+        from astropy import units as u
+
+        return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
+
+    @property
+    def position(self) -> Any:
+        """Centres (K, N, 3), inertial."""
+        return self._get("position", "length")
+
+    @property
+    def velocity(self) -> Any:
+        """Velocities (K, N, 3), inertial."""
+        return self._get("velocity", "velocity")
+
+    @property
+    def attitude(self) -> Any:
+        """Unit quaternions (K, N, 4), ``[w, x, y, z]``."""
+        return self._record["attitude"]
+
+    @property
+    def spin(self) -> Any:
+        """Angular velocities (K, N, 3), body frames."""
+        return self._get("spin", "spin")
+
+    @property
+    def energy(self) -> Any:
+        """Total energy (K,)."""
+        return self._energy(0)
+
+    @property
+    def translational_energy(self) -> Any:
+        """Kinetic energy of the centres (K,)."""
+        return self._energy(1)
+
+    @property
+    def rotational_energy(self) -> Any:
+        """Kinetic energy of the spins (K,)."""
+        return self._energy(2)
+
+    @property
+    def potential_energy(self) -> Any:
+        """Potential energy (K,), negative."""
+        return self._energy(3)
+
+    def _energy(self, part: int) -> Any:
+        return self.system._units.attach(self._record["energy"][:, part], "energy")
+
+    @property
+    def angular_momentum(self) -> Any:
+        """Total angular momentum (K, 3) about the origin, inertial.
+
+        Formed about the barycentre, whose own constant part is added: it loses no digits as the system travels.
+        """
+        return self._get("angular_momentum", "angular momentum")
+
+    @property
+    def start(self) -> Invariants | None:
+        """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
+
+        A slice keeps the start of the whole run. ``None`` in a run from a file of version 0.1.0, which does not tell.
+        """
+        return None if self._start is None else conserved.named(self._start, self.system._units)
+
+    @property
+    def energy_drift(self) -> npt.NDArray[np.float64]:
+        """Change of the total energy since the start of the run, relative to it (K,); absolute where it is zero.
+
+        Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
+        """
+        return self._told("energy_drift")
+
+    @property
+    def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
+        """Change of the total energy since the start, relative to abs(potential + translational) there (K,).
+
+        The energy of a fast spin can dwarf that of the orbit and hide its error. Absolute where there is no orbit.
+        Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
+        """
+        return self._told("energy_drift_orbital")
+
+    @property
+    def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
+        """Length of the change of the angular momentum since the start, relative to its length (K,).
+
+        Absolute where that is zero. Where ``start`` is ``None``, it is the change since the first sample, with a
+        ``UserWarning``.
+        """
+        return self._told("angular_momentum_drift")
+
+    def _told(self, name: str) -> npt.NDArray[np.float64]:
+        if self._start is None and len(self._record["time"]):
+            text = (
+                f"{name} is counted from the first sample, at time {self.time[0]}: the file that the run comes from "
+                "does not tell what energy and angular momentum were at its start"
+            )
+            warnings.warn(text, UserWarning, stacklevel=3)
+        return self._drift(name)
+
+    def _drift(self, name: str) -> npt.NDArray[np.float64]:
+        record = self._record
+        return conserved.drift(name, self._reference(), record["energy"], record["angular_momentum"])
+
+    def _relative_to(self, name: str) -> float:
+        """What a drift is relative to; zero where there is nothing, and in a run without samples."""
+        return conserved.size(name, self._reference()) if len(self._record["time"]) else 0.0
+
+    def _reference(self) -> npt.NDArray[np.float64]:
+        """The start; or else the first sample; or else, where there is nothing to compare, zeros."""
+        if self._start is not None:
+            return self._start
+        if not len(self._record["time"]):
+            return np.zeros(8)
+        return np.concatenate([np.atleast_1d(self._record[name][0]) for name in ("time", "energy", "angular_momentum")])
