@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base import tables
 from ..errors import FullbodyError
-from ..files.netcdf import load
+from ..motion.loading import load
 from ..setups.toml import read_toml
 
 __all__ = ["register"]
@@ -50,11 +50,11 @@ def run(arguments: argparse.Namespace) -> int:
 def of_run(path: Path) -> str:
     """What a recorded run holds."""
     run = load(path)
-    parts = [tables.of_run(run), tables.of_system(run.system), tables.of_bodies(run.system)]
+    parts = list(run._tables())
     if len(run):
-        parts.append(tables.of_state(run[-1], run.system.names))
+        parts.append(run[-1]._table(run.system.names))
         if len(run.system) > 1:
-            parts.append(tables.of_elements(run.elements()))
+            parts += run.elements()._tables()
     return tables.to_text(*parts)
 
 
@@ -68,6 +68,5 @@ def of_toml(path: Path) -> str:
         ("integrator", repr(setup.integrator)),
         ("writes", str(setup.file)),
     ]
-    start = tables.of_state(setup.state, setup.system.names)
-    parts = [tables.of_system(setup.system), tables.of_bodies(setup.system), start]
+    parts = [*setup.system._tables(), setup.state._table(setup.system.names)]
     return tables.to_text(*parts, tables.Table("Run", (), list(rows)))

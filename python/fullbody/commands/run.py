@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.page is not None:
         _draw(result, arguments.page)
     if not arguments.quiet:
-        print(tables.to_text(tables.of_run(result)))
+        print(tables.to_text(result._tables()[0]))
         print(f"written to {out}")
     return 0
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import name_of, named_options, positive, refuse_mixture
+from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import Alike, hashed, same
 from ..errors import InvalidInput
@@ -122,7 +125,7 @@ SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
 
 
 @named_options
-class Body:
+class Body(Tabled):
     """A shape with a mass.
 
     Parameters
@@ -219,10 +222,16 @@ class Body:
         """The name."""
         return self._name
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_body(self))
+    def _tables(self) -> tuple[Table, ...]:
+        """Shape, size, mass and density of one body."""
+        rows: list[Sequence[str]] = [("shape", type(self.shape).__name__)]
+        if self.shape.semi_axes is not None:
+            rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
+        # Where only some of a body's numbers have units, what follows from them is known to its system alone.
+        for name in ("mass", "density"):
+            with contextlib.suppress(InvalidInput):
+                rows += [(name, number(value))] if (value := getattr(self, name)) is not None else []
+        return (Table(f"Body {self.name}" if self.name is not None else "Body", (), rows),)
 
     def __repr__(self) -> str:
         value = f"density={self._density!r}" if self._mass is None else f"mass={self._mass!r}"

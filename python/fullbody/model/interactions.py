@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from ..base.tables import Table, Tabled, head, number, vector
 from ..base.values import Alike, Record, block
 
 __all__ = ["Energy", "Interactions", "Invariants"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Interactions(Record):
+class Interactions(Record, Tabled):
     """Forces, torques and the potential energy of a state.
 
     Attributes
@@ -28,17 +31,20 @@ class Interactions(Record):
     torque: Any
     potential_energy: Any
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_interactions(self))
+    def _tables(self) -> tuple[Table, ...]:
+        """Force and torque, a body a row, by its place."""
+        columns = [np.asarray(getattr(value, "value", value)) for value in (self.force, self.torque)]
+        units = [getattr(value, "unit", "") for value in (self.force, self.torque)]
+        header = ("body", head("force", units[0]), head("torque, body frame", units[1]))
+        rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(columns[0]))]
+        return (Table(f"Interactions, potential energy {number(self.potential_energy)}", header, list(rows)),)
 
     def __repr__(self) -> str:
         return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Energy(Alike):
+class Energy(Alike, Tabled):
     """Energy in its parts.
 
     Attributes
@@ -51,10 +57,10 @@ class Energy(Alike):
     rotational: Any
     potential: Any
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_energy(self))
+    def _tables(self) -> tuple[Table, ...]:
+        """The parts of an energy."""
+        names = ("translational", "rotational", "potential", "total")
+        return (Table("Energy", (), [(name, number(getattr(self, name))) for name in names]),)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..base import rotations
 from ..base.arguments import directions, doubt_radians, named_options, place, refuse_unknown, vectors
+from ..base.tables import Table, Tabled, head, number, vector
 from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from ..base.values import block
 from ..errors import InvalidInput, caution
@@ -19,7 +21,7 @@ _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin":
 
 
 @named_options
-class State:
+class State(Tabled):
     """Position, velocity, attitude and spin of every body at a time.
 
     A state does not change and its arrays are read-only: :meth:`replace` makes another, ``state.position.copy()`` an
@@ -424,10 +426,17 @@ class State:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
+    def _tables(self) -> tuple[Table, ...]:
+        return (self._table(),)
 
-        return tables.to_html(tables.of_state(self))
+    def _table(self, bodies: Sequence[str] | None = None) -> Table:
+        """Position, velocity, attitude and spin, a body a row, by its name or else its place."""
+        names = ("position", "velocity", "attitude", "spin")
+        columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in names]
+        header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in names)]
+        bodies = [str(k) for k in range(len(self))] if bodies is None else bodies
+        rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
+        return Table(f"State at time {number(self.time)}", header, list(rows))
 
     def __repr__(self) -> str:
         parts = {name: getattr(self, name) for name in ("position", "velocity", "attitude", "spin")}

@@ -11,7 +11,7 @@ import numpy as np
 from .. import _core
 from ..base import epochs
 from ..base.arguments import integer, place
-from ..base.tables import number
+from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, InvalidInput
 from .bodies import SHAPES, Body
@@ -21,7 +21,7 @@ from .state import State
 __all__ = ["BaseSystem"]
 
 
-class BaseSystem:
+class BaseSystem(Tabled):
     """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
 
     Parameters
@@ -372,10 +372,27 @@ class BaseSystem:
     def __hash__(self) -> int:
         return hash(repr(self))
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
+    def _tables(self) -> tuple[Table, ...]:
+        """Constant, method and settings of a system."""
+        rows: list[Sequence[str]] = [("units", ", ".join(self.units) if self.units else "none")]
+        rows.append(("G", number(self.G, 12)))
+        rows += [
+            (name.replace("_", " "), f"{value}")
+            for name, value in self.options.items()
+            if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
+        ]
+        return (Table("System", (), rows), self._table_of_bodies())
 
-        return tables.to_html(tables.of_system(self), tables.of_bodies(self))
+    def _table_of_bodies(self) -> Table:
+        """The bodies of a system, one a row, in its units."""
+        units = self._units
+        length, mass = (units.unit(d) if units.known else "" for d in ("length", "mass"))
+        header = ("body", "shape", head("semi-axes", length), head("mass", mass))
+        rows: list[Sequence[str]] = []
+        for name, described in zip(self.names, self._describe()["bodies"], strict=True):
+            size = ", ".join(f"{value:.8g}" for value in described["size"].values())
+            rows.append((name, described["shape"], size or "-", f"{described['mass']:.8g}"))
+        return Table("Bodies", header, rows)
 
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"

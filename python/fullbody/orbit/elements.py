@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import doubt_radians, named_options, refuse_mixture
+from ..base.tables import Table, Tabled, head
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
 from ..errors import InvalidInput
@@ -18,7 +20,7 @@ _ANGLES = ("i", "Omega", "omega", "M")
 
 
 @named_options
-class KeplerElements:
+class KeplerElements(Tabled):
     """Osculating elements of a two-body orbit: one orbit, or arrays of them.
 
     Parameters
@@ -270,10 +272,23 @@ class KeplerElements:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_elements(self))
+    def _tables(self) -> tuple[Table, ...]:
+        """Elements: a value, or where there are many the first, last, least and greatest; angles in degrees."""
+        rows: list[Sequence[str]] = []
+        many = 0
+        for name in ("a", "e", "i", "Omega", "omega", "M"):
+            value = getattr(self, name)
+            unit = str(getattr(value, "unit", ""))
+            if name not in "ae":
+                value = np.rad2deg(value.to_value("rad") if unit else value)
+                unit = "deg"
+            flat = np.ravel(np.asarray(getattr(value, "value", value), dtype=float))
+            shown = [flat[0]] if flat.size == 1 else [flat[0], flat[-1], flat.min(), flat.max()] if flat.size else []
+            many = max(many, flat.size)
+            rows.append((head(name, unit), *(f"{x:.8g}" for x in shown)))
+        rows = [(*row, *[row[1]] * 3) if many > 1 and len(row) == 2 else row for row in rows]
+        header = ("", "first", "last", "least", "greatest") if many > 1 else ()
+        return (Table(f"Kepler self, {many} orbits" if many > 1 else "Kepler elements", header, rows),)
 
     def __repr__(self) -> str:
         parts = [f"{name}={brief(getattr(self, name))}" for name in ("a", "e", *_ANGLES)]

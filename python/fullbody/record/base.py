@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import Any, Self, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..base.tables import Table, Tabled, number
 from ..base.values import same
 from ..errors import InvalidInput
 from ..events import Occurrence
@@ -26,7 +28,11 @@ from .track import Track
 __all__ = ["BaseRun"]
 
 
-class BaseRun:
+#: What ended a run before its time.
+_STOPPED = {"event": "by the last event", "interrupted": "by an interrupt", "unfinished": "by an error"}
+
+
+class BaseRun(Tabled):
     """What an integration recorded; K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
@@ -173,6 +179,10 @@ class BaseRun:
         )
         return self.system._state(core)
 
+    def _track(self, body: int) -> Track:
+        arrays = (getattr(self, name)[:, body] for name in ("position", "velocity", "attitude", "spin"))
+        return Track(self.system.names[body], self.time, *arrays)
+
     def __iter__(self) -> Iterator[State]:
         return (self[k] for k in range(len(self)))
 
@@ -186,10 +196,37 @@ class BaseRun:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_run(self), tables.of_system(self.system), tables.of_bodies(self.system))
+    def _tables(self) -> tuple[Table, ...]:
+        """Span, counts, events and conservation of a run."""
+        s, integrator = self.statistics, self.integrator
+        rows: list[Sequence[str]] = [("samples", str(len(self)))]
+        if len(self):
+            rows.append(("time", f"{number(self.time[0])} to {number(self.time[-1])}"))
+        start = self.start
+        if start is not None and not (len(self) and start.time == self.time[0]):
+            rows.append(("start", number(start.time)))
+        rows += [
+            ("integrator", repr(integrator)),
+            ("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"),
+        ]
+        kinds = Counter(type(happened.event).__name__ for happened in self.events)
+        if kinds:
+            rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
+        if self.stop_reason in _STOPPED:
+            rows.append(("stopped", _STOPPED[self.stop_reason]))
+        drifts = {
+            "energy_drift": "drift of the energy{}, relative to the total",
+            "energy_drift_orbital": "drift of the energy{}, relative to the orbit's",
+            "angular_momentum_drift": "drift of the angular momentum{}, relative",
+        }
+        since = "" if start else " since the first sample"
+        # Where there is something to be relative to.
+        rows += [
+            (name.format(since), f"{np.abs(self._drift(of)).max():.2e}")
+            for of, name in drifts.items()
+            if self._relative_to(of)
+        ]
+        return (Table("Run", (), rows), *self.system._tables())
 
     def __repr__(self) -> str:
         if len(self) == 0:

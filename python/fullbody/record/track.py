@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..base.values import Record
-
-if TYPE_CHECKING:
-    from ..record.base import BaseRun
 
 __all__ = ["Track"]
 
@@ -62,11 +59,6 @@ class Track(Record):
     def tait_bryan(self) -> Any:
         """The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
         return attitudes(self.attitude).tait_bryan if len(self.attitude) else np.zeros((0, 3))
-
-    @classmethod
-    def _of(cls, run: BaseRun, body: int) -> Track:
-        arrays = (getattr(run, name)[:, body] for name in ("position", "velocity", "attitude", "spin"))
-        return cls(run.system.names[body], run.time, *arrays)
 
 
 def attitudes(quaternions: npt.NDArray[np.float64]) -> _core.State:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ import numpy as np
 from .. import frames
 from ..base import rotations
 from ..base.arguments import doubt_radians, named_options, pole, positive
+from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
-from ..base.values import Record
+from ..base.values import Record, same
 from ..errors import InvalidInput
 from ..model.bodies import Ellipsoid
 
@@ -20,7 +22,7 @@ __all__ = ["Component"]
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Component(Record):
+class Component(Record, Tabled):
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters
@@ -95,10 +97,15 @@ class Component(Record):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
-    def _repr_html_(self) -> str:
-        from ..base import tables
-
-        return tables.to_html(tables.of_component(self))
+    def _tables(self) -> tuple[Table, ...]:
+        """What is given of one body of a pair, and not what it is without that."""
+        rows: list[Sequence[str]] = []
+        for part in fields(self):
+            value = getattr(self, part.name)
+            if part.name != "name" and not same(value, part.default):
+                shown = [number(x) for x in value] if np.ndim(value) or isinstance(value, tuple) else [number(value)]
+                rows.append((part.name.replace("_", " "), ", ".join(shown)))
+        return (Table("Component" if self.name is None else f"Component {self.name}", (), rows),)
 
     @property
     def shape(self) -> Ellipsoid:
