@@ -16,7 +16,7 @@ __all__ = ["TITLES", "findings", "sine_growth"]
 
 #: By the names that the verdicts refer to.
 TITLES = {
-    "z": "Case 1 has no motion along z",
+    "z": "There is no motion along z",
     "tilt": "Case 2 with a larger tilt",
     "period": "The mean period and G",
     "spin": "Beta's spin",
@@ -56,10 +56,10 @@ def _z(r: Results) -> str:
     """
     )
     return f"""
-        A half turn about the z-axis turns the system of case 1 into itself with the two bodies exchanged. So both
-        bodies have the same z, and since their barycentre rests at the origin, z is zero at all times. What a
-        computation finds is round-off, which an instability of the motion makes grow: here by {orders:.0f} orders of
-        magnitude between t = 100 and t = {r.late:.0f}. With rates made exactly symmetric z stays
+        A half turn about the z-axis turns the system of case 1, and that of case 2, into itself with the two bodies
+        exchanged. So both bodies have the same z, and since their barycentre rests at the origin, z is zero at all
+        times. What a computation finds is round-off. In case 1 an instability of the motion makes it grow, here by
+        {orders:.0f} orders of magnitude between t = 100 and t = {r.late:.0f}. With rates made exactly symmetric z stays
         {r.z_motion["symmetric"].z.max():g}. {large}
         The printed motion is larger than the round-off here, but it is numerical as well. Whether it began with
         round-off, with the quadrature or with the tolerance of the steps cannot be told from the paper.
@@ -126,12 +126,12 @@ def _spin(r: Results) -> str:
         it between {least:.2f} and {largest:.2f} degrees, about an axis within {search.off_normal:.1f} degrees of the
         orbit's normal. {second}
 
-        Several simple slips come to nearly the same, and the table sets them side by side. {len(slips)} of them miss
-        none of the six numbers by more than {spin.NEAR:g}e-5 rad/s; {exact or "none"} of these are within the rounding
-        of all six, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose among them. The year from each of
-        these starts has another mean semi-major axis than the printed {printed.YEAR["ellipsoid"].a_mean:.4f} km, which
-        the stated start gives; so the paper's Figs. 7 and 8 do not seem to come from one start. Which start Fig. 8
-        had, and why, cannot be told from the paper.
+        Several simple slips come to nearly the same; a table of the report sets them side by side. Of these,
+        {len(slips)} miss none of the six numbers by more than {spin.NEAR:g}e-5 rad/s, and {exact or "none"} of the
+        {len(slips)} are within the rounding of all six, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose among them. The
+        year from each of these starts has another mean semi-major axis than the printed
+        {printed.YEAR["ellipsoid"].a_mean:.4f} km, which the stated start gives; so the paper's Figs. 7 and 8 do not
+        seem to come from one start. Which start Fig. 8 had, and why, cannot be told from the paper.
     """
 
 

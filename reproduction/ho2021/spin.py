@@ -62,7 +62,7 @@ def _about_pole(state: State, degrees: float) -> State:
 
 #: Families of starts by name: unit of the parameter, its stated value, how far it is scanned to either side, the start.
 FAMILIES: dict[str, tuple[str, float, float, Callable[[System, State, float], State]]] = {
-    "all but Beta's attitude and spin ahead by": ("h", 0.0, 4.0, ahead),
+    "all but Beta's attitude and spin ahead by": ("h", 0.0, 4.5, ahead),
     "Beta turned about the orbit's normal by": ("deg", 0.0, 90.0, lambda _, state, x: _about_normal(state, x)),
     "Beta turned about its own pole by": ("deg", 0.0, 90.0, lambda _, state, x: _about_pole(state, x)),
     "Beta's rate of spin": ("rad/h", RATE, 0.05, lambda system, state, x: start(state, system.mu(), spin=x)),

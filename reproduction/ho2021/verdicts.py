@@ -196,7 +196,13 @@ def _errors(j: Judge, r: Results) -> None:
     j.within("kw4.momentum_error_spheroid", f"{two:.1e} and {one:.1e}", two / one, 0.1, 10.0, "times")
     first, last = r.momentum["places"]
     ours = f"{first:.0e} in the first quarter, {last:.0e} in the last"
-    j.claim("kw4.momentum_drift", ours, last > 2 * first, "more than twice as large", see="momentum")
+    j.claim(
+        "kw4.momentum_drift",
+        ours,
+        last > 2 * first,
+        "more than twice as large, formed from the bodies' places",
+        see="momentum",
+    )
     steps = [n.energy_step for n in years.values()] + [c.energy_step for c in r.cases.values()]
     steps += [one, two, *(c.momentum_step for c in r.cases.values())]
     note = "Section 4 says 1e-11 for the angular momentum of 1999 KW4."

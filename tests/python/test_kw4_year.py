@@ -42,10 +42,9 @@ def test_eccentricity(year):
 
 
 def test_mean_period(year):
-    """The printed periods are Kepler's third law with G rounded to 6.674e-11.
+    """A unit less in the last digit than printed for both shapes; G = 6.674e-11 in place of 6.67408e-11 makes the rest.
 
-    With the G of the run, 6.67408e-11, the same semi-major axes give 17.4115 and 17.4176 h, a unit less in the last
-    digit for both shapes; 6.674e-11 makes both printed numbers.
+    Here by Kepler's third law; the report on the paper runs that year.
     """
     run, (_, _, printed) = year
     period = 2 * np.pi * np.sqrt(run.elements().a ** 3 / run.system.mu())
