@@ -86,6 +86,7 @@ def netcdf() -> Any:
     """xarray, able to read and write NetCDF."""
     with need("data", "a run as a file"):
         import h5netcdf  # noqa: F401
+        import h5py  # type: ignore[import-untyped]  # noqa: F401
         import xarray as xr
     return xr
 
@@ -192,7 +193,7 @@ def _check_signature(path: Path) -> None:
 
 def _dataset(xr: Any, path: Path) -> Any:
     """All of a file, in memory."""
-    import h5py  # type: ignore[import-untyped]
+    import h5py
 
     try:
         # By itself, since h5netcdf prints a second error where a file fails here.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import json
+import warnings
 import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -392,7 +393,12 @@ class _Bar:
             return None
         if callable(self._progress):
             return self._progress
-        from tqdm.auto import tqdm
+        from tqdm import TqdmWarning
+
+        with warnings.catch_warnings():
+            # In Jupyter without ipywidgets the bar is one of text, which needs no warning.
+            warnings.simplefilter("ignore", TqdmWarning)
+            from tqdm.auto import tqdm
 
         layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
         label = self._progress if isinstance(self._progress, str) else None

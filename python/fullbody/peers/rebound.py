@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import named_options
-from .._units import Units
+from .._units import Units, need
 from ..bodies import Body, PointMass, Sphere
 from ..errors import InvalidInput
 
@@ -162,7 +162,7 @@ def to_rebound(system: System, state: State) -> Any:
     ------
     InvalidInput
         For a state of another number of bodies.
-    ImportError
+    ModuleNotFoundError
         Without the package ``rebound``.
 
     Examples
@@ -172,10 +172,8 @@ def to_rebound(system: System, state: State) -> Any:
     >>> round(sim.particles[1].a, 6)
     2.548
     """
-    try:
+    with need(None, "a simulation of rebound"):
         import rebound
-    except ImportError as error:
-        raise ImportError("to_rebound needs the package rebound: pip install rebound") from error
 
     from ..system import System
 
