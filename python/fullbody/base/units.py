@@ -189,15 +189,15 @@ def from_text(text: str, what: str, dimension: str = "length") -> Any:
 
 
 @contextmanager
-def need(extra: str, what: str) -> Iterator[None]:
-    """A context in which a missing optional package says which extra has it."""
+def need(extra: str | None, what: str) -> Iterator[None]:
+    """A context in which a missing optional package says what to install: the extra that has it, or itself."""
     try:
         yield
     except ModuleNotFoundError as error:
         name = (error.name or "").partition(".")[0]
-        raise ModuleNotFoundError(
-            f"{what} needs the package {name}: pip install 'fullbody[{extra}]'", name=name
-        ) from error
+        install = name if extra is None else f"'fullbody[{extra}]'"
+        # Without the error itself, whose traceback would bury this line.
+        raise ModuleNotFoundError(f"{what} needs the package {name}: pip install {install}", name=name) from None
 
 
 class Units:

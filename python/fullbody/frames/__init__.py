@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import directions, doubt_radians, named_options, pole
 from ..base.arguments import vectors as _vectors
-from ..base.units import Units, is_quantity
+from ..base.units import Units, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
 
@@ -53,8 +53,9 @@ def rotation(origin: Any, target: Any) -> _Array:
     >>> fullbody.frames.rotation("equatorial", "ecliptic")[2, 1:].round(6)
     array([-0.397777,  0.917482])
     """
-    from astropy import units as u
-    from astropy.coordinates import ConvertError, SkyCoord, UnitSphericalRepresentation
+    with need("units", "a frame"):
+        from astropy import units as u
+        from astropy.coordinates import ConvertError, SkyCoord, UnitSphericalRepresentation
 
     if origin is None or target is None:
         # Astropy takes the ICRS for None.

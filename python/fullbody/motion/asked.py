@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -69,7 +70,12 @@ class Bar:
             return None
         if callable(self._progress):
             return self._progress
-        from tqdm.auto import tqdm
+        from tqdm import TqdmWarning
+
+        with warnings.catch_warnings():
+            # In Jupyter without ipywidgets the bar is one of text, which needs no warning.
+            warnings.simplefilter("ignore", TqdmWarning)
+            from tqdm.auto import tqdm
 
         layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
         label = self._progress if isinstance(self._progress, str) else None

@@ -16,7 +16,7 @@ _Array = npt.NDArray[np.float64]
 
 def scipy_module(name: str) -> Any:
     """A module of scipy."""
-    with need("analysis", "an observable"):
+    with need("analysis", "an observable, or an orbit of a mean period,"):
         return import_module(f"scipy.{name}")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import named_options
-from ..base.units import Units
+from ..base.units import Units, need
 from ..errors import InvalidInput
 from ..model.bodies import Body, PointMass, Sphere
 
@@ -162,7 +162,7 @@ def to_rebound(system: System, state: State) -> Any:
     ------
     InvalidInput
         For a state of another number of bodies.
-    ImportError
+    ModuleNotFoundError
         Without the package ``rebound``.
 
     Examples
@@ -172,10 +172,8 @@ def to_rebound(system: System, state: State) -> Any:
     >>> round(sim.particles[1].a, 6)
     2.548
     """
-    try:
+    with need(None, "a simulation of rebound"):
         import rebound
-    except ImportError as error:
-        raise ImportError("to_rebound needs the package rebound: pip install rebound") from error
 
     from ..motion.simulation import System
 

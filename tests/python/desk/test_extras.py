@@ -2,8 +2,14 @@
 
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
+import nbclient
+import nbformat
 import pytest
+
+ROOT = Path(__file__).parents[3]
 
 SETUP = """
 import sys
@@ -46,12 +52,25 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
         ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
         ("xarray", ["run.to_xarray()", "run.save('a.nc')", "fullbody.load('a.nc')", "main(['kw4'])"], "data"),
         ("h5netcdf", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
+        ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
         (
             "astropy",
-            ["fullbody.systems.kw4(units=True)", "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch"],
+            [
+                "fullbody.systems.kw4(units=True)",
+                "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch",
+                "system.integrate(state, '1 day')",
+                "fullbody.Sphere('1 km')",
+                "fullbody.frames.rotation('ecliptic', 'equatorial')",
+                "fullbody.frames.turn([1, 2, 3], 'ecliptic', 'equatorial')",
+                "fullbody.frames.turn_pole(1, 0.5, 'ecliptic', 'equatorial')",
+                "fullbody.frames.turn_state(state, 'ecliptic', 'equatorial')",
+                "fullbody.KeplerElements(1, 0, 0, 0, 0, 0, frame='ecliptic').to_frame('equatorial')",
+                "fullbody.systems.sn263_2001()",
+            ],
             "units",
         ),
+        ("scipy", ["fullbody.systems.didymos()", "fullbody.systems.antiope()"], "analysis"),
     ],
 )
 def test_what_is_missing_is_named_with_its_extra(missing, calls, extra, tmp_path):
@@ -60,6 +79,39 @@ def test_what_is_missing_is_named_with_its_extra(missing, calls, extra, tmp_path
         assert f"the package {missing}" in text
         assert f"pip install 'fullbody[{extra}]'" in text
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+def test_rebound_is_in_no_extra(tmp_path):
+    (text,) = said("rebound", ["fullbody.to_rebound(system, state)"], tmp_path)
+    assert text == "a simulation of rebound needs the package rebound: pip install rebound"
+
+
+def test_the_error_stands_alone(tmp_path):
+    """Without the traceback of the import that failed, which is longer than the line that helps."""
+    code = "import sys; sys.modules['astropy'] = None; import fullbody; fullbody.Sphere('1 km')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stderr.count("Traceback") == 1
+    assert done.stderr.splitlines()[-1].endswith(
+        "text with a unit needs the package astropy: pip install 'fullbody[units]'"
+    )
+
+
+def test_all_has_every_extra_for_users():
+    """With ipywidgets, without which progress bars in Jupyter are text."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    (whole,) = extras.pop("all")
+    assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(extras) - {"test", "docs", "dev"}
+    assert any(needed.startswith("ipywidgets") for needed in extras["notebook"])
+
+
+def test_a_progress_bar_in_jupyter_warns_of_nothing():
+    """With or without ipywidgets."""
+    source = "import fullbody; run = fullbody.Simulation(*fullbody.systems.case1()).integrate(10.0, progress=True)"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source)])
+    nbclient.NotebookClient(notebook, kernel_name="python3", timeout=120).execute()
+    outputs = notebook.cells[0].outputs
+    assert outputs
+    assert "arning" not in "".join(output.get("text", "") for output in outputs)
 
 
 def test_the_continuous_solution_needs_no_scipy(tmp_path):
