@@ -13,7 +13,7 @@ from .._units import Units
 from ..bodies import Body, Ellipsoid, PointMass
 from ..elements import KeplerElements
 from ..errors import InvalidInput
-from ._text import fail, number, read_lines
+from ._text import fail, naming, number, read_lines
 
 if TYPE_CHECKING:
     from ..state import State
@@ -123,15 +123,16 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     else:
         masses = [body.mass for body in bodies]
         position, velocity = _from_elements(path, file, G * sum(masses), day)
-    system = System(bodies, G=G, units=names, **options)
-    attach = system._units.attach
-    return system, State.from_tait_bryan(
-        attach(position, "length"),
-        attach(velocity, "velocity"),
-        angles,
-        attach(spin, "spin"),
-        attach(np.float64(0.0), "time"),
-    )
+    with naming(path):
+        system = System(bodies, G=G, units=names, **options)
+        attach = system._units.attach
+        return system, State.from_tait_bryan(
+            attach(position, "length"),
+            attach(velocity, "velocity"),
+            angles,
+            attach(spin, "spin"),
+            attach(np.float64(0.0), "time"),
+        )
 
 
 def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None]:
