@@ -344,7 +344,7 @@ def test_any_entry_of_the_setup_and_events_is_checked(wrong, run):
 
     for name, build in (
         ("fullbody_setup", io._restore),
-        ("fullbody_events", lambda described: _occurrences.asked_for(described, system)),
+        ("fullbody_events", lambda described: occurrences.asked_for(described, system)),
         ("fullbody_statistics", io._statistics),
     ):
         for altered in replacements(json.loads(dataset.attrs[name]), wrong):

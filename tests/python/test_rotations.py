@@ -14,26 +14,26 @@ QUATERNIONS = TURNS.as_quat(scalar_first=True)
 
 @pytest.mark.parametrize("shape", [(60,), (4, 15), (5, 3, 4)])
 def test_matrices(shape):
-    matrices = _rotation.matrices(QUATERNIONS.reshape(*shape, 4))
+    matrices = rotations.matrices(QUATERNIONS.reshape(*shape, 4))
     assert np.abs(matrices - TURNS.as_matrix().reshape(*shape, 3, 3)).max() < 1e-15
 
 
 def test_matrices_of_one_and_of_none():
-    assert np.abs(_rotation.matrices(QUATERNIONS[3]) - TURNS[3].as_matrix()).max() < 1e-15
-    assert _rotation.matrices(np.zeros((0, 4))).shape == (0, 3, 3)
+    assert np.abs(rotations.matrices(QUATERNIONS[3]) - TURNS[3].as_matrix()).max() < 1e-15
+    assert rotations.matrices(np.zeros((0, 4))).shape == (0, 3, 3)
 
 
 def test_products_and_turns():
     a, b, c = TURNS[:20], TURNS[20:40], TURNS[40:]
     for k in range(20):
         expected = (a[k] * b[k] * c[k]).as_matrix()
-        found = _rotation.product(*(one.as_quat(scalar_first=True) for one in (a[k], b[k], c[k])))
-        assert np.abs(_rotation.matrices(found) - expected).max() < 2e-15
+        found = rotations.product(*(one.as_quat(scalar_first=True) for one in (a[k], b[k], c[k])))
+        assert np.abs(rotations.matrices(found) - expected).max() < 2e-15
         assert abs(np.linalg.norm(found) - 1) < 1e-15
     for axis in range(3):
         for angle in (0.0, 0.3, -2.5, np.pi, 7.0):
             expected = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
-            assert np.abs(_rotation.matrices(_rotation.turn(axis, angle)) - expected).max() < 2e-15
+            assert np.abs(rotations.matrices(rotations.turn(axis, angle)) - expected).max() < 2e-15
 
 
 def test_volume_and_inertia_with_and_without_units():

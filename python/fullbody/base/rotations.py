@@ -53,4 +53,7 @@ def matrices(quaternions: Any) -> _Array:
 def is_rotation(matrix: Any, tolerance: float = 1e-9) -> bool:
     """Whether a matrix (3, 3) is orthogonal with determinant one."""
     m = np.asarray(matrix, dtype=np.float64)
+    # Of a rotation no entry is above one; the squares of others may overflow.
+    if not np.abs(m).max() <= 1.0 + tolerance:
+        return False
     return bool(np.abs(m @ m.T - np.eye(3)).max() <= tolerance and np.linalg.det(m) > 0.0)

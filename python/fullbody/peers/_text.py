@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NoReturn
 
 from ..base.atomic import content
@@ -20,6 +22,15 @@ def read_lines(path: Any) -> list[str]:
         return content(path).decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path} is not a text file: {error}") from error
+
+
+@contextmanager
+def naming(path: Any) -> Iterator[None]:
+    """A context in which errors about the content of a file name it."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from error
 
 
 def fail(path: Any, line: int | None, message: str) -> NoReturn:

@@ -11,6 +11,7 @@ from ..base.atomic import as_path
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body, Ellipsoid, Sphere
+from ._text import naming
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -107,30 +108,28 @@ def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tup
     from ..model.state import State
     from ..motion.simulation import System
 
-    try:
+    if not isinstance(units, bool):
+        raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
+    with naming(path):
         bodies = [
             Body(_shape(flag, axes), density=density, name=name)
             for name, flag, axes, density in zip(
                 ("primary", "secondary"), setup.shapes, setup.semi_axes, setup.densities, strict=True
             )
         ]
-    except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from error
-    if not isinstance(units, bool):
-        raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
-    system = System(bodies, G=setup.G, units=_UNITS if units else None, **options)
-    q_a = quaternion(setup.a_to_n)
-    q_b = quaternion(setup.a_to_n @ setup.b_to_a)
-    total = sum(body.mass for body in bodies)
-    share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
-    attach = system._units.attach
-    state = State(
-        attach(share * (setup.a_to_n @ setup.position), "length"),
-        attach(share * (setup.a_to_n @ setup.velocity), "velocity"),
-        np.array([q_a, q_b]),
-        attach(np.array([setup.spin_a, setup.spin_b]), "spin"),
-        attach(np.float64(setup.start), "time"),
-    )
+        system = System(bodies, G=setup.G, units=_UNITS if units else None, **options)
+        q_a = quaternion(setup.a_to_n)
+        q_b = quaternion(setup.a_to_n @ setup.b_to_a)
+        total = sum(body.mass for body in bodies)
+        share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
+        attach = system._units.attach
+        state = State(
+            attach(share * (setup.a_to_n @ setup.position), "length"),
+            attach(share * (setup.a_to_n @ setup.velocity), "velocity"),
+            np.array([q_a, q_b]),
+            attach(np.array([setup.spin_a, setup.spin_b]), "spin"),
+            attach(np.float64(setup.start), "time"),
+        )
     return system, state._named(system.names)
 
 

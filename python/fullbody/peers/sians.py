@@ -14,7 +14,7 @@ from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body, Ellipsoid, PointMass
 from ..orbit.elements import KeplerElements
-from ._text import fail, number, read_lines
+from ._text import fail, naming, number, read_lines
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -125,15 +125,16 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     else:
         masses = [body.mass for body in bodies]
         position, velocity = _from_elements(path, file, G * sum(masses), day)
-    system = System(bodies, G=G, units=names, **options)
-    attach = system._units.attach
-    state = State.from_tait_bryan(
-        attach(position, "length"),
-        attach(velocity, "velocity"),
-        angles,
-        attach(spin, "spin"),
-        attach(np.float64(0.0), "time"),
-    )
+    with naming(path):
+        system = System(bodies, G=G, units=names, **options)
+        attach = system._units.attach
+        state = State.from_tait_bryan(
+            attach(position, "length"),
+            attach(velocity, "velocity"),
+            angles,
+            attach(spin, "spin"),
+            attach(np.float64(0.0), "time"),
+        )
     return system, state._named(system.names)
 
 

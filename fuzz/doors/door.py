@@ -1,0 +1,108 @@
+"""What a door is, and what is right behind it."""
+
+from __future__ import annotations
+
+import contextlib
+import pickle
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fullbody
+import numpy as np
+from hypothesis.strategies import SearchStrategy
+
+CORPUS = Path(__file__).parents[1] / "corpus"
+
+
+@dataclass(frozen=True)
+class Door:
+    """A way into the package.
+
+    Attributes
+    ----------
+    name : str
+    inputs : SearchStrategy
+        Of what comes in.
+    enter : callable
+        Goes through the door with such an input; raises where something else than a right object or the package's own
+        error is behind it.
+    suffix : str
+        Of the names of files of such input; empty where input is no file.
+    """
+
+    name: str
+    inputs: SearchStrategy[Any]
+    enter: Callable[[Any], None]
+    suffix: str = ""
+
+    def corpus(self) -> list[Path]:
+        """Files that once led to a fault."""
+        return sorted((CORPUS / self.name).glob(f"*{self.suffix}")) if self.suffix else []
+
+
+@contextlib.contextmanager
+def refusing() -> Iterator[None]:
+    """A context in which the package's own errors and warnings are right, and nobody else's."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # The package's are of this kind, numpy's about numbers that are none are not.
+        warnings.simplefilter("ignore", UserWarning)
+        with contextlib.suppress(fullbody.FullbodyError):
+            yield
+
+
+def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Callable[[Path], Any]) -> Door:
+    """A door for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
+
+    def enter(content: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, f"input{suffix}")
+            path.write_bytes(content)
+            with refusing():
+                try:
+                    read(path)
+                except fullbody.FullbodyError as error:
+                    assert str(path) in str(error), f"the error does not name the file: {error}"
+                    raise
+
+    return Door(name, inputs, enter, suffix)
+
+
+def check_finite(*values: Any) -> None:
+    """Refuse numbers that are none."""
+    for value in values:
+        array = np.asarray(getattr(value, "value", value), dtype=float)
+        assert np.isfinite(array).all(), f"{value} is not finite"
+
+
+def check_object(value: Any) -> None:
+    """Refuse what has no text, is not equal to itself, or does not survive a pickle."""
+    assert repr(value)
+    assert value == value  # noqa: PLR0124
+    assert pickle.loads(pickle.dumps(value)) == value
+
+
+def check_start(system: fullbody.System, state: fullbody.State) -> None:
+    """Refuse a system and a state that are not right; that they do not fit each other is an error of the package."""
+    check_finite(system.masses, system.G)
+    check_state(state)
+    check_object(system)
+    with refusing():
+        check_finite(*_parts(system.interactions(state)))
+        sim = fullbody.Simulation(system, state)
+        check_finite(sim.time, system.energy(state).total, system.angular_momentum(state))
+
+
+def check_state(state: fullbody.State) -> None:
+    """Refuse a state that is not right."""
+    check_finite(state.position, state.velocity, state.spin, state.time, state.rotation_matrix, state.tait_bryan)
+    assert np.abs(np.linalg.norm(state.attitude, axis=-1) - 1.0).max(initial=0.0) < 1e-6
+    check_object(state)
+
+
+def _parts(interactions: fullbody.Interactions) -> tuple[Any, ...]:
+    return interactions.force, interactions.torque, interactions.potential_energy

@@ -1,0 +1,209 @@
+"""Doors for what the package itself writes: runs as NetCDF, and simulations."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import io
+import json
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import fullbody
+import h5py
+import numpy as np
+from fullbody import events
+from hypothesis import strategies as st
+
+from .door import Door, check_finite, check_object, file_door
+
+#: Where HDF5 has structures; names of the file format.
+_STRUCTURES = re.compile(rb"GCOL|TREE|SNOD|HEAP|OHDR|OCHK|FRHP|FHDB|FHIB|BTHD|BTLF|BTIN|FAHD|EAHD|\x89HDF")
+_SPECIAL = [0, 1, 2, 7, 8, 16, 127, 128, 255, 256, 2**15, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**63, 2**64 - 1]
+_JSON = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=4), st.just(10**400)),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
+    max_leaves=5,
+)
+
+
+@functools.cache
+def _saved(kind: str) -> bytes:
+    """The file of a small run, or of a simulation."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "run.nc")
+        units = kind == "units"
+        system, state = fullbody.systems.kw4(units=True) if units else fullbody.systems.case1(gravity="point")
+        if kind == "simulation":
+            fullbody.Simulation(system, state).save(path)
+            return path.read_bytes()
+        watched = [events.Separation(0, 1, "2.55 km"), events.Periapsis(0, 1)] if units else []
+        run = system.integrate(state, 20.0, output=10.0, events=watched)
+        run.save(path)
+        if kind == "packed":
+            import xarray as xr
+
+            with xr.open_dataset(path, decode_times=False) as dataset:
+                plain = dataset.drop_encoding()
+                packed = {name: {"zlib": True, "shuffle": True, "fletcher32": True} for name in ("time", "position")}
+                plain.to_netcdf(path.with_suffix(".packed"), engine="h5netcdf", encoding=packed)
+            return path.with_suffix(".packed").read_bytes()
+        return path.read_bytes()
+
+
+_KINDS = ["plain", "units", "packed"]
+
+
+def _end(data: bytes) -> int:
+    """Where HDF5's part of such a file ends."""
+    return int.from_bytes(data[40:48], "little")
+
+
+def _sealed(data: bytes) -> bytes:
+    """The file with a checksum that fits, as nobody but an enemy would write it after the damage."""
+    body = data[: _end(data)]
+    digest = hashlib.sha256(body).hexdigest()
+    return body + f"\nfullbody: sha256 of the {len(body)} bytes before this line: {digest}\n".encode()
+
+
+@st.composite
+def _damaged(draw: Any, kinds: list[str]) -> bytes:
+    """A file after some damage."""
+    kind = draw(st.sampled_from(kinds))
+    data = bytearray(_saved(kind))
+    netcdf = kind != "simulation"
+    if netcdf:
+        del data[_end(data) :]
+    structures = [found.start() for found in _STRUCTURES.finditer(data)] or [0]
+
+    def place() -> int:
+        """Anywhere, or in one of HDF5's structures."""
+        if draw(st.booleans()):
+            return draw(st.integers(0, len(data) - 1))
+        return min(draw(st.sampled_from(structures)) + draw(st.integers(0, 600)), len(data) - 1)
+
+    for _ in range(draw(st.integers(1, 4))):
+        first = place()
+        match draw(st.sampled_from(["bit", "number", "number", "zeros", "swap", "copy", "cut", "insert"])):
+            case "bit":
+                data[first] ^= 1 << draw(st.integers(0, 7))
+            case "number":
+                width = draw(st.sampled_from([1, 2, 4, 8]))
+                number = draw(st.sampled_from(_SPECIAL) | st.integers(0, 2**64 - 1))
+                data[first : first + width] = (number % 256**width).to_bytes(width, "little")
+            case "zeros":
+                size = draw(st.sampled_from([8, 16, 64, 512, 4096]))
+                first -= first % min(size, 8)
+                data[first : first + size] = bytes(len(data[first : first + size]))
+            case "swap":
+                size, other = draw(st.sampled_from([8, 64, 512, 4096])), place()
+                one, two = bytes(data[first : first + size]), bytes(data[other : other + size])
+                data[first : first + len(two)], data[other : other + len(one)] = two, one
+            case "copy":
+                size, other = draw(st.sampled_from([8, 64, 512])), place()
+                data[first : first + size] = data[other : other + size]
+            case "cut":
+                if draw(st.integers(0, 3)) == 0:
+                    del data[first:]
+            case "insert":
+                if draw(st.integers(0, 3)) == 0:
+                    data[first:first] = bytes(draw(st.integers(1, 64)))
+        if len(data) < 64:
+            break
+    # Without the seal the file is read further; with a fresh one, just as far.
+    return _sealed(bytes(data)) if netcdf and draw(st.booleans()) else bytes(data)
+
+
+@st.composite
+def _rewritten(draw: Any) -> bytes:
+    """A whole file of HDF5 in which others wrote what they liked."""
+    stream = io.BytesIO(_saved(draw(st.sampled_from(_KINDS))))
+    with h5py.File(stream, "r+") as file:
+        for _ in range(draw(st.integers(1, 3))):
+            texts = [name for name in file.attrs if name.startswith("fullbody") or name == "stop_reason"]
+            variables = [name for name, variable in file.items() if variable.dtype.kind in "fi"]
+            name = draw(st.sampled_from(texts if draw(st.booleans()) else variables))
+            if name in texts:
+                file.attrs.pop("fullbody_checksum", None)
+                file.attrs[name] = _other_text(draw, file.attrs.get(name))
+            else:
+                _write_variable(draw, file, name)
+    return _sealed(stream.getvalue())
+
+
+def _other_text(draw: Any, text: Any) -> Any:
+    """A text in the place of another: JSON with another entry, or anything."""
+    try:
+        value = json.loads(text)
+        holder, key = [value], 0
+        inner: Any = holder
+        while isinstance(inner[key], dict | list) and inner[key] and draw(st.integers(0, 4)):
+            inner = inner[key]
+            key = draw(st.sampled_from(list(inner) if isinstance(inner, dict) else range(len(inner))))
+        if inner is not holder and draw(st.integers(0, 4)) == 0:
+            del inner[key]
+        else:
+            inner[key] = draw(_JSON | st.sampled_from([-1.0, 0.0, 1e300, 1e-300, "Sphere", "h", "multipole:6"]))
+        return json.dumps(holder[0])
+    except (TypeError, ValueError):
+        return draw(
+            st.one_of(st.text(max_size=8).filter(lambda text: "\0" not in text), st.integers(-5, 5), st.floats())
+        )
+
+
+def _write_variable(draw: Any, file: h5py.File, name: str) -> None:
+    """One number, an attribute, or all of a variable, replaced."""
+    variable = file[name]
+    match draw(st.sampled_from(["number", "number", "attribute", "type", "shape", "gone"])):
+        case "number":
+            if variable.size and variable.dtype.kind == "f":
+                place = tuple(draw(st.integers(0, size - 1)) for size in variable.shape)
+                variable[place] = draw(st.floats() | st.sampled_from([0.0, 1.0, -1.0, 1e154, 1e300, np.nan, np.inf]))
+        case "attribute":
+            names = ["scale_factor", "add_offset", "_FillValue", "missing_value", "units", "dtype"]
+            variable.attrs[draw(st.sampled_from(names))] = draw(st.floats() | st.text("ab ", max_size=4))
+        case "type":
+            numbers = np.nan_to_num(variable[()])
+            del file[name]
+            kind = draw(st.sampled_from(["f4", ">f8", "f2", "i8", "u1", "c16", "S3"]))
+            with np.errstate(all="ignore"):
+                file.create_dataset(name, data=numbers.astype(kind))
+        case "shape":
+            numbers = variable[()]
+            del file[name]
+            shape = draw(st.lists(st.integers(0, 4) | st.just(10**6), max_size=4))
+            if draw(st.booleans()):
+                file.create_dataset(name, tuple(shape), "f8")
+            else:
+                file.create_dataset(name, data=numbers[..., None])
+        case "gone":
+            del file[name]
+
+
+def _load(path: Path) -> None:
+    run = fullbody.load(path)
+    for values in run._record.values():
+        check_finite(values)
+    check_object(run)
+    check_finite(run.energy_drift, run.angular_momentum_drift)
+    assert len(run) == len(run.time) == len(list(run))
+    assert np.abs(np.linalg.norm(run.attitude, axis=-1) - 1.0).max(initial=0.0) < 2e-6
+    assert [happened.event for happened in run.events] is not None
+    again = path.with_name("again.nc")
+    run.save(again)
+    assert fullbody.load(again) == run
+
+
+def _resume(path: Path) -> None:
+    sim = fullbody.Simulation.load(path)
+    check_object(sim)
+    check_finite(sim.time, sim.state.position)
+
+
+DOORS: list[Door] = [
+    file_door("netcdf", ".nc", _damaged(_KINDS), _load),
+    file_door("netcdf-content", ".nc", _rewritten(), _load),
+    file_door("simulation", ".sim", _damaged(["simulation"]), _resume),
+]
