@@ -304,8 +304,8 @@ class Run(Recorded):
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
 
         Kept are samples, the start, set-up, statistics, events and the stop reason. Not kept are the continuous
-        solution of ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the name,
-        with the times and states where they vanished.
+        solution of ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the
+        name, with the times and states where they vanished.
 
         Parameters
         ----------

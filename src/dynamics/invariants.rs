@@ -43,6 +43,12 @@ impl Invariants {
         let (e, j) = (&self.energy, &self.angular_momentum);
         [self.time, e.total, e.translational, e.rotational, e.potential, j.x, j.y, j.z]
     }
+
+    /// The inverse of [`Self::numbers`].
+    pub fn from_numbers([time, total, translational, rotational, potential, x, y, z]: [f64; 8]) -> Self {
+        let energy = Energy { total, translational, rotational, potential };
+        Self { time, energy, angular_momentum: Vec3::new(x, y, z) }
+    }
 }
 
 pub(super) fn energy(system: &System, state: &State, potential: f64) -> Energy {

@@ -15,7 +15,7 @@
 use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
-use crate::dynamics::{AttitudeChart, Inner, Settings, System};
+use crate::dynamics::{AttitudeChart, Inner, Invariants, Settings, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Memory, Scheme, Tolerance};
 use crate::math::lanes::VectorPath;
@@ -25,12 +25,13 @@ use crate::shape::{Body, Shape};
 use serde::{Deserialize, Serialize};
 
 /// The layout that is written. Earlier ones are still read.
-pub const ARCHIVE_VERSION: u32 = 1;
+pub const ARCHIVE_VERSION: u32 = 2;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
 
-/// Layout 1. Its fields and theirs stay as they are: a change is a new layout.
+/// Layout 1. Its fields and theirs stay as they are: a change is a new layout. In layout 2 what is conserved at the start
+/// follows, as an optional [`Invariants::numbers`].
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,
@@ -100,7 +101,7 @@ impl Simulation {
             memory,
             loads,
         };
-        let contents = postcard::to_stdvec(&contents)
+        let contents = postcard::to_stdvec(&(contents, self.start.map(|start| start.numbers())))
             .map_err(|error| Error::invalid("a simulation", error, "one that an archive can hold"))?;
         let mut bytes = Vec::with_capacity(HEADER + contents.len());
         bytes.extend_from_slice(MAGIC);
@@ -113,14 +114,28 @@ impl Simulation {
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let contents: Contents = postcard::from_bytes(contents(bytes)?)
-            .map_err(|error| refuse(format!("unreadable ({error})"), "the contents of layout 1"))?;
-        contents.restore()
+        let (version, contents) = contents(bytes)?;
+        let unreadable = |error: postcard::Error| {
+            refuse(format!("unreadable ({error})"), &format!("the contents of layout {version}"))
+        };
+        let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents).map_err(unreadable)?;
+        let (start, rest): (Option<[f64; 8]>, _) = match version {
+            1 => (None, rest),
+            _ => postcard::take_from_bytes(rest).map_err(unreadable)?,
+        };
+        if !rest.is_empty() {
+            let expected = format!("the contents of layout {version}");
+            return Err(refuse(format!("too long: {} bytes after its contents", rest.len()), &expected));
+        }
+        if let Some(number) = start.iter().flatten().find(|number| !number.is_finite()) {
+            return Err(refuse(format!("of a start with {number}"), "finite numbers"));
+        }
+        Ok(Self { start: start.map(Invariants::from_numbers), ..contents.restore()? })
     }
 }
 
-/// The contents behind a sound header.
-fn contents(bytes: &[u8]) -> Result<&[u8]> {
+/// The layout and the contents behind a sound header.
+fn contents(bytes: &[u8]) -> Result<(u64, &[u8])> {
     if bytes.len() < MAGIC.len() || !bytes.starts_with(MAGIC) {
         return Err(refuse("something else".to_owned(), "a file that begins with FULLBODY"));
     }
@@ -131,8 +146,8 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
         header[from..to].iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte))
     };
     let (version, length, checksum) = (number(8, 12), number(12, 20), number(20, 24));
-    if version != u64::from(ARCHIVE_VERSION) {
-        let expected = format!("layout {ARCHIVE_VERSION}; a newer fullbody may read it");
+    if !(1..=u64::from(ARCHIVE_VERSION)).contains(&version) {
+        let expected = format!("layout 1 to {ARCHIVE_VERSION}; a newer fullbody may read it");
         return Err(refuse(format!("of layout {version}"), &expected));
     }
     if contents.len() as u64 != length {
@@ -149,7 +164,7 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
             &format!("the checksum {checksum:08x} that it was written with"),
         ));
     }
-    Ok(contents)
+    Ok((version, contents))
 }
 
 fn refuse(value: String, expected: &str) -> Error {

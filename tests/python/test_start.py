@@ -137,10 +137,33 @@ def test_a_simulation_tells_the_drift_of_all_its_runs():
     assert np.abs(drifts(sim) - whole).max() < 1e-14
     assert (np.abs(whole) > 1e-8).all()
     assert sim.start == fullbody.Simulation(three(), START).start
+    assert np.array_equal(drifts(copy.copy(sim)), drifts(sim))
     # Set to a state, it begins there.
     sim.state = sim.state
     assert sim.start.time == sim.time
     assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_saved_simulation_knows_where_it_began(tmp_path):
+    """Not so one of version 0.1.0: it refuses to guess."""
+    sim = fullbody.Simulation(three(), START, LOOSE)
+    sim.integrate(12.0)
+    sim.save(tmp_path / "three.sim")
+    again = fullbody.Simulation.load(tmp_path / "three.sim")
+    run = again.integrate(32.0, output=[32.0])
+    assert np.abs(drifts(again) - drifts_by_hand(START, run)[:, 0]).max() < 1e-14
+    assert run.start.time == 12.0
+
+    old = fullbody.Simulation.load(DATA / "simulation-0.1.0.sim")
+    assert old.start is None
+    for name in DRIFTS:
+        with pytest.raises(fullbody.InvalidInput, match=f"{name} is not known: .* does not tell its start; expected"):
+            getattr(old, name)
+    run = old.integrate(20.0, output=[20.0])
+    assert run.start.time == 10.0
+    assert run.energy_drift[0] != 0.0
+    old.state = run[0]
+    assert old.energy_drift == 0.0
 
 
 def test_runs_cut_short_keep_the_start():

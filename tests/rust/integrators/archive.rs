@@ -73,30 +73,54 @@ fn refuses_what_it_did_not_write() {
     altered = bytes.clone();
     altered[8] = 9;
     assert!(refusal(&altered).contains("layout 9"));
+    altered[8] = 1;
+    assert!(refusal(&altered).contains("too long"));
     assert_eq!(refusal(b"CDF\x01 and so on"), "something else");
 }
 
-/// A file of layout 1, written by the first version that had it.
-fn file() -> String {
-    format!("{}/tests/data/simulation-1.bin", env!("CARGO_MANIFEST_DIR"))
+/// A file of a layout, written by the first version that had it.
+fn file(layout: u32) -> String {
+    format!("{}/tests/data/simulation-{layout}.bin", env!("CARGO_MANIFEST_DIR"))
 }
 
 #[test]
-fn reads_layout_1() {
-    let simulation = Simulation::from_bytes(&std::fs::read(file()).unwrap()).unwrap();
-    let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
-    let mut again = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
-    integrate(&mut again, 1.0, &Output::Times(vec![]), false);
-    assert_eq!(simulation.time(), 1.0);
-    assert_eq!(simulation.system().bodies(), system.bodies());
-    assert_eq!(simulation.integrator(), verner98(1e-11));
-    assert!(difference(&simulation.state(), &again.state()) < 1e-11);
+fn reads_every_layout() {
+    for layout in 1..=ARCHIVE_VERSION {
+        let simulation = Simulation::from_bytes(&std::fs::read(file(layout)).unwrap()).unwrap();
+        let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+        let mut again = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
+        integrate(&mut again, 1.0, &Output::Times(vec![]), false);
+        assert_eq!(simulation.time(), 1.0);
+        assert_eq!(simulation.system().bodies(), system.bodies());
+        assert_eq!(simulation.integrator(), verner98(1e-11));
+        assert!(difference(&simulation.state(), &again.state()) < 1e-11);
+        let start = simulation.start().map(|start| (start.time, start.energy.total));
+        // Layout 1 has no start.
+        let expected = (state.time, system.energy(&state).unwrap().total);
+        assert_eq!(start, (layout > 1).then_some(expected), "{layout}");
+    }
+}
+
+/// What is conserved at the start goes through bytes exactly, from wherever they are written.
+#[test]
+fn keeps_the_start() {
+    let (system, state) = tumbling(Method::Surface, AttitudeChart::Quaternion);
+    let mut simulation = Simulation::new(&system, &state, verner98(1e-7)).unwrap();
+    let start = simulation.invariants();
+    assert_eq!(simulation.start(), Some(start));
+    integrate(&mut simulation, 1.0, &Output::Steps, false);
+    let resumed = Simulation::from_bytes(&simulation.to_bytes().unwrap()).unwrap();
+    assert_eq!(resumed.start(), Some(start));
+    assert_ne!(simulation.invariants().energy, start.energy);
+    let present = simulation.state();
+    simulation.set_state(&present).unwrap();
+    assert_eq!(simulation.start(), Some(simulation.invariants()));
 }
 
 #[test]
 fn a_written_file_is_read() {
     // The way to the kept file of a new layout: write it, then move it to tests/data beside the old ones.
-    assert_eq!(ARCHIVE_VERSION, 1, "a new layout needs a file of its own; the old one stays");
+    assert_eq!(ARCHIVE_VERSION, 2, "a new layout needs a file of its own; the old one stays");
     let path = std::env::temp_dir().join(format!("fullbody-simulation-{}.bin", std::process::id()));
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut simulation = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
