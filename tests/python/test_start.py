@@ -137,10 +137,22 @@ def test_a_simulation_tells_the_drift_of_all_its_runs():
     assert np.abs(drifts(sim) - whole).max() < 1e-14
     assert (np.abs(whole) > 1e-8).all()
     assert sim.start == fullbody.Simulation(three(), START).start
+    assert np.array_equal(drifts(copy.copy(sim)), drifts(sim))
     # Set to a state, it begins there.
     sim.state = sim.state
     assert sim.start.time == sim.time
     assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_saved_simulation_knows_where_it_began(tmp_path):
+    """Its drift goes on from there, and that of its runs from where they begin."""
+    sim = fullbody.Simulation(three(), START, LOOSE)
+    sim.integrate(12.0)
+    sim.save(tmp_path / "three.sim")
+    again = fullbody.Simulation.load(tmp_path / "three.sim")
+    run = again.integrate(32.0, output=[32.0])
+    assert np.abs(drifts(again) - drifts_by_hand(START, run)[:, 0]).max() < 1e-14
+    assert run.start.time == 12.0
 
 
 def test_runs_cut_short_keep_the_start():
