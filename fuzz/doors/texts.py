@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import fullbody
-from fullbody import toml_setup
+from fullbody.setups import toml as toml_setup
 from hypothesis import strategies as st
 
 from .door import CORPUS, Door, check_finite, check_start, file_door

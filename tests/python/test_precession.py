@@ -11,7 +11,6 @@ a few.
 """
 
 import fullbody
-import fullbody.reproduce.starts
 import numpy as np
 import pytest
 from fullbody import observables
@@ -184,7 +183,7 @@ def test_element_rates_agree():
 def test_an_orbit_whose_plane_turns_over():
     """Steep to the total angular momentum, in the paper's run of 1999 KW4: |r x v|/r^2, summed by numpy."""
     system, state = fullbody.systems.kw4_ho2021()
-    steep = fullbody.reproduce.starts.start(state, system.mu(), i=120.0)
+    steep = starts.start(state, system.mu(), i=120.0)
     run = system.integrate(steep, 6000.0, output=0.5, integrator=fullbody.Verner98(1e-10, 1e-10))
     r, v = (name[:, 1] - name[:, 0] for name in (run.position, run.velocity))
     rate = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)

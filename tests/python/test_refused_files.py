@@ -8,7 +8,8 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from fullbody.files import _pieces, events, io
+from fullbody import events
+from fullbody.files import netcdf, occurrences, pieces
 
 
 @pytest.fixture(scope="module")
@@ -314,7 +315,7 @@ def test_pieces_are_read_as_hdf5_reads_them(shape, kind, tmp_path):
                 file.create_dataset(f"{name}{number}", data=numbers.astype(kind), **setting)
     with path.open("rb") as raw, h5py.File(raw, "r") as file:
         for name, variable in file.items():
-            read = _pieces.read(name, variable, raw)
+            read = pieces.read(name, variable, raw)
             assert read.dtype == variable.dtype
             assert np.array_equal(read, variable[()]), name
 
@@ -343,10 +344,10 @@ def test_any_entry_of_the_setup_and_events_is_checked(wrong, run):
             return json.dumps(self.value)
 
     for name, build in (
-        ("fullbody_setup", io._restore),
+        ("fullbody_setup", lambda setup: netcdf._restore(setup, fullbody.System)),
         ("fullbody_events", lambda described: occurrences.asked_for(described, system)),
-        ("fullbody_statistics", io._statistics),
+        ("fullbody_statistics", netcdf._statistics),
     ):
         for altered in replacements(json.loads(dataset.attrs[name]), wrong):
             with pytest.raises(fullbody.InvalidInput, match=f"attribute {name}"):
-                io._parsed(Text(altered), name, None, build)
+                netcdf._parsed(Text(altered), name, None, build)

@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
+from fullbody.base import rotations
 from scipy.spatial.transform import Rotation
 from support import inertia
 

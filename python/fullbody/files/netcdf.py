@@ -227,12 +227,7 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
             f"attribute fullbody_checksum does not fit: one of {', '.join((*_TEXTS, *_START))} has been altered; "
             "where that was meant, delete fullbody_checksum"
         )
-    system, integrator = _parsed(
-        stored,
-        "fullbody_setup",
-        None,
-        lambda setup: (system_type._rebuild(setup), rebuild(setup["integrator"])),
-    )
+    system, integrator = _parsed(stored, "fullbody_setup", None, lambda setup: _restore(setup, system_type))
     counts = _parsed(stored, "fullbody_statistics", None, _statistics)
     asked = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.asked_for(events, system))
     record = {"time": stored.numbers("time", {"time": None})}
@@ -256,6 +251,10 @@ def _statistics(counts: list[Any]) -> Statistics:
     if len(counts) != 3 or len(numbers) != 3:
         raise InvalidInput(f"{counts!r} is no list of three counts")
     return Statistics(*numbers)
+
+
+def _restore(setup: dict[str, Any], system_type: type[BaseSystem]) -> tuple[BaseSystem, Integrator]:
+    return system_type._rebuild(setup), rebuild(setup["integrator"])
 
 
 def _describe(system: BaseSystem, integrator: Integrator) -> dict[str, Any]:
