@@ -9,8 +9,27 @@ from support import points
 
 #: Made by the package alone, or without options.
 RESULTS = {
-    *(fullbody.Dense, fullbody.Energy, fullbody.Interactions, fullbody.Samples, fullbody.Statistics, fullbody.Track),
-    *(getattr(observables, name) for name in ("ElementRates", "Libration", "MutualPeriod", "Precession")),
+    *(
+        fullbody.Dense,
+        fullbody.Energy,
+        fullbody.Interactions,
+        fullbody.Invariants,
+        fullbody.Samples,
+        fullbody.Statistics,
+        fullbody.Track,
+    ),
+    *(
+        getattr(observables, name)
+        for name in (
+            "Eccentricity",
+            "ElementRates",
+            "Libration",
+            "MutualPeriod",
+            "OrbitShape",
+            "Precession",
+            "Tumbling",
+        )
+    ),
     *(events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
 }
 MODULES = (fullbody, events, frames, observables, plots, systems, view)

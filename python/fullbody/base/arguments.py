@@ -205,7 +205,9 @@ def named_options(target: _T) -> _T:
     if not isinstance(target, type):
         function: Any = target
         return cast(_T, _answering(function, function.__name__))
-    for name, method in list(vars(target).items()):
+    # What is inherited answers in the name of the class that is asked.
+    members = {name: member for base in reversed(target.__mro__[:-1]) for name, member in vars(base).items()}
+    for name, method in members.items():
         owner = target.__name__ if name == "__init__" else f"{target.__name__}.{name}"
         if name.startswith("_") and name not in ("__init__", "__call__"):
             continue
@@ -226,4 +228,5 @@ def _answering(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
         refuse_unknown([name for name in unknown if not passes_on or _meant(name, known)], known, owner)
         return function(*args, **kwargs)
 
+    call.__qualname__ = f"{owner}.__init__" if function.__name__ == "__init__" else owner
     return call

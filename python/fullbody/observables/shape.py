@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import named_options
 from ..base.values import Record
 from ._follow import Path
 from ._view import WINDOWED, View
@@ -68,6 +69,7 @@ class Eccentricity(Record):
     osculating: float
 
 
+@named_options
 def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
     """Semi-major axis and eccentricity by the distances alone, revolution by revolution.
 
@@ -156,6 +158,7 @@ def _extremes(
     return found
 
 
+@named_options
 def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
     """The mean eccentricity of an orbit: what is free, what the figures force, and the osculating one.
 

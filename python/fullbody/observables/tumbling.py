@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import named_options
 from ..base.units import Units
 from ..base.values import Record
 from ..errors import InvalidInput
@@ -48,6 +49,7 @@ class Tumbling(Record):
     largest: Any
 
 
+@named_options
 def tumbles(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
     """Whether and when a body's roll, pitch or yaw passes a limit.
 
