@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 from fullbody import observables
 
+from reproduction.ho2021 import starts
+
 C, SIZE = 0.9, 6.0
 J2_R2 = (1 - C * C) / 5
 
