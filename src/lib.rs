@@ -3,6 +3,7 @@
 //! The rooms, in the direction in which data flows; each uses only those above it:
 //!
 //! - [`error`]: what can go wrong, with body, time and value.
+//! - [`patience`]: when a long computation asks whether to go on.
 //! - [`math`]: Carlson's integrals, rotations, exact sums, lanes.
 //! - [`shape`]: ellipsoids and points: volume, inertia, overlap.
 //! - [`gravity`]: exterior potential and field of one body.
@@ -15,6 +16,7 @@
 //! - `py`: the Python bindings, no mathematics.
 
 pub mod error;
+pub mod patience;
 pub mod math;
 pub mod shape;
 pub mod gravity;

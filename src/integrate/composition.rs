@@ -5,28 +5,19 @@
 //! epsilon h^8 + epsilon^2 h^6 + epsilon^3 h^4, and ABA(10,6,4) epsilon h^10 in the first of these.
 
 use crate::error::{Error, Result};
+use crate::patience::Patience;
 use std::str::FromStr;
 
 /// Two flows over a vector `high` + `low`.
 pub trait Flows {
     /// Called between steps, before a step of size `step`. May allocate.
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()>;
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
 
     /// The large part, A.
-    fn drift(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-    ) -> std::result::Result<(), &'static str>;
+    fn drift(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<()>;
 
     /// The small part, B, which does not change what it depends on. Gives the number of evaluations that it took.
-    fn kick(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-    ) -> std::result::Result<u64, &'static str>;
+    fn kick(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<u64>;
 
     /// Brings an accepted vector back onto its constraints.
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
@@ -113,12 +104,13 @@ impl Scheme {
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-    ) -> std::result::Result<u64, &'static str> {
+        patience: &mut Patience,
+    ) -> Result<u64> {
         let half = match self {
             Self::KickDriftKick => {
-                let before = flows.kick(0.5 * size, high, low)?;
-                flows.drift(size, high, low)?;
-                return Ok(before + flows.kick(0.5 * size, high, low)?);
+                let before = flows.kick(0.5 * size, high, low, patience)?;
+                flows.drift(size, high, low, patience)?;
+                return Ok(before + flows.kick(0.5 * size, high, low, patience)?);
             }
             Self::Leapfrog => &LEAPFROG,
             Self::Aba864 => &ABA864,
@@ -127,10 +119,11 @@ impl Scheme {
         let kicks = self.kicks();
         let mut evaluations = 0;
         for k in 0..kicks {
-            flows.drift(size * half.drifts[k.min(kicks - k)], high, low)?;
-            evaluations += flows.kick(size * half.kicks[k.min(kicks - 1 - k)], high, low)?;
+            flows.drift(size * half.drifts[k.min(kicks - k)], high, low, patience)?;
+            let part = size * half.kicks[k.min(kicks - 1 - k)];
+            evaluations += flows.kick(part, high, low, patience)?;
         }
-        flows.drift(size * half.drifts[0], high, low)?;
+        flows.drift(size * half.drifts[0], high, low, patience)?;
         Ok(evaluations)
     }
 }

@@ -4,6 +4,7 @@
 mod arrays;
 mod bodies;
 mod errors;
+mod listening;
 mod orbits;
 mod runs;
 mod systems;

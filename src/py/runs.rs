@@ -1,6 +1,7 @@
 //! Simulations and what they record.
 
 use super::arrays::array;
+use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
 use crate::error::Error;
@@ -9,11 +10,10 @@ use crate::math::Vec3;
 use crate::trajectory::{
     Condition, Dense, Event, Integrator, Output, Progress, Run, Simulation, StopReason, Trajectory,
 };
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use std::ops::ControlFlow;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 type RuleRow = (usize, usize, usize, usize, (usize, usize));
@@ -42,7 +42,9 @@ struct EventData {
 #[pymethods]
 impl PySimulation {
     #[new]
+    #[allow(clippy::too_many_arguments)]
     fn new(
+        py: Python<'_>,
         system: &PySystem,
         state: &PyState,
         integrator: &str,
@@ -50,9 +52,11 @@ impl PySimulation {
         atol: f64,
         step: f64,
         scheme: &str,
-    ) -> Result<Self, Error> {
+    ) -> PyResult<Self> {
         let integrator = Integrator::named(integrator, (rtol, atol), step, scheme)?;
-        Ok(Self { inner: Simulation::new(&system.inner, &state.inner, integrator)? })
+        let (system, state) = (&system.inner, &state.inner);
+        let inner = listening(py, |patience| Simulation::begin(system, state, integrator, patience))?;
+        Ok(Self { inner })
     }
 
     /// The simulation that `to_bytes` wrote.
@@ -75,8 +79,8 @@ impl PySimulation {
         PyState { inner: self.inner.state() }
     }
 
-    fn set_state(&mut self, state: &PyState) -> Result<(), Error> {
-        self.inner.set_state(&state.inner)
+    fn set_state(&mut self, py: Python<'_>, state: &PyState) -> PyResult<()> {
+        listening(py, |patience| self.inner.set_state(&state.inner, patience))
     }
 
     /// Accepted steps, rejected attempts, evaluations.
@@ -107,40 +111,40 @@ impl PySimulation {
         py.detach(|| self.inner.time_interaction(number, repeats))
     }
 
-    fn step(&mut self, py: Python<'_>, end: f64) -> Result<(), Error> {
-        py.detach(|| self.inner.step(end))
+    fn step(&mut self, py: Python<'_>, end: f64) -> PyResult<()> {
+        listening(py, |patience| self.inner.step(end, patience))
     }
 
     /// Runs to a time; gives the record and the error that cut it short, if any.
     ///
-    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C, to call `progress(start, time, end)` and, every
-    /// `autosave[0]` seconds, `autosave[1](bytes)`. Event functions take it while they run.
+    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C and, between steps, to call
+    /// `progress(start, time, end)` and, every `autosave[0]` seconds, `autosave[1](bytes)`. Event functions take it while they run.
     #[allow(clippy::too_many_arguments)]
     fn integrate<'py>(
         &mut self,
         py: Python<'py>,
         until: f64,
         spacing: Option<f64>,
-        times: Option<Vec<f64>>,
+        times: Option<PyReadonlyArray1<'py, f64>>,
         events: Vec<EventData>,
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = match (spacing, times) {
-            (_, Some(times)) => Output::Times(times),
+            (_, Some(times)) => Output::Times(times.as_array().to_vec()),
             (Some(spacing), None) => Output::Spacing(spacing),
             (None, None) => Output::Steps,
         };
-        let raised = Arc::new(Mutex::new(None));
+        let listener = Arc::new(Listener::default());
         let mut watched =
-            events.into_iter().map(|event| watch(event, &raised)).collect::<Result<Vec<_>, Error>>()?;
+            events.into_iter().map(|event| watch(event, &listener)).collect::<Result<Vec<_>, Error>>()?;
         let mut record = Trajectory::new(self.inner.state().bodies());
         let mut saved = Instant::now();
         let outcome = py.detach(|| {
-            let mut hook = |simulation: &Simulation, p: Progress| {
-                let called = Python::attach(|py| {
-                    py.check_signals()?;
+            let mut hook = |simulation: Option<&Simulation>, p: Progress| {
+                listener.ask(|py| {
+                    let Some(simulation) = simulation else { return Ok(()) };
                     if let Some(progress) = &progress {
                         progress.call1(py, (p.start, p.time, p.end))?;
                     }
@@ -152,21 +156,13 @@ impl PySimulation {
                         }
                         _ => Ok(()),
                     }
-                });
-                match called {
-                    Ok(()) => ControlFlow::Continue(()),
-                    Err(error) => {
-                        keep(&raised, error);
-                        ControlFlow::Break(())
-                    }
-                }
+                })
             };
             let run = Run { output: &output, events: &mut watched, dense };
             self.inner.run(until, run, &mut record, &mut hook)
         });
         drop(watched);
-        let first = raised.lock().ok().and_then(|mut slot| slot.take());
-        let error = outcome.err().map(|error| first.unwrap_or_else(|| PyErr::from(error)));
+        let error = outcome.err().map(|error| listener.explain(error));
         Ok((arrays(py, record)?, error))
     }
 }
@@ -196,8 +192,13 @@ impl PyDense {
     }
 
     /// Positions, velocities, attitudes and spins at times (K,).
-    fn states<'py>(&self, py: Python<'py>, times: Vec<f64>) -> PyResult<Bound<'py, PyDict>> {
-        let states = self.inner.states(&times)?;
+    fn states<'py>(
+        &self,
+        py: Python<'py>,
+        times: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let times = times.as_array().to_vec();
+        let states = listening(py, |patience| self.inner.states(&times, patience))?;
         let (k, n) = (states.len(), states.first().map_or(0, State::bodies));
         let vectors = |f: fn(&State) -> &Vec<Vec3>| {
             states.iter().flat_map(|s| f(s).iter().flat_map(|v| [v.x, v.y, v.z])).collect::<Vec<f64>>()
@@ -218,7 +219,7 @@ pub fn tolerance_floor() -> f64 {
     Tolerance::FLOOR
 }
 
-fn watch(event: EventData, raised: &Arc<Mutex<Option<PyErr>>>) -> Result<Event<'static>, Error> {
+fn watch(event: EventData, listener: &Arc<Listener>) -> Result<Event<'static>, Error> {
     let EventData { kind, first, second, value, normal, function, direction, terminal } = event;
     let other = second.unwrap_or(first);
     let condition = match (kind.as_str(), function) {
@@ -232,13 +233,13 @@ fn watch(event: EventData, raised: &Arc<Mutex<Option<PyErr>>>) -> Result<Event<'
         ("Escape", _) => Condition::Escape { first, second: other, distance: value },
         ("Alignment", _) => Condition::Alignment { body: first, other },
         ("Function", Some(function)) => {
-            let raised = raised.clone();
+            let listener = listener.clone();
             Condition::Function(Box::new(move |state: &State| {
                 let value = Python::attach(|py| {
                     function.call1(py, (PyState { inner: state.clone() },))?.extract::<f64>(py)
                 });
                 value.map_err(|error| {
-                    keep(&raised, error);
+                    listener.keep(error);
                     Error::invalid("value of an event's function", "an exception", "a number")
                 })
             }))
@@ -246,13 +247,6 @@ fn watch(event: EventData, raised: &Arc<Mutex<Option<PyErr>>>) -> Result<Event<'
         (other, _) => return Err(Error::invalid("event", format!("{other:?}"), "one of fullbody.events")),
     };
     Ok(Event { condition, direction, terminal })
-}
-
-/// Keeps the first exception of a run.
-fn keep(raised: &Mutex<Option<PyErr>>, error: PyErr) {
-    if let Ok(mut slot) = raised.lock() {
-        slot.get_or_insert(error);
-    }
 }
 
 fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {

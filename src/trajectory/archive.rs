@@ -20,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::integrate::{Memory, Scheme, Tolerance};
 use crate::math::lanes::VectorPath;
 use crate::mutual::RuleMemory;
+use crate::patience::Patience;
 use crate::quadrature::Order;
 use crate::shape::{Body, Shape};
 use serde::{Deserialize, Serialize};
@@ -200,7 +201,7 @@ impl Contents {
             barycentre: self.barycentre,
             barycentre_velocity: self.barycentre_velocity,
         };
-        let mut motion = Motion::new(system.dynamics(), &inner.high);
+        let mut motion = Motion::new(system.dynamics(&mut Patience::endless())?, &inner.high);
         motion.initial = self.scales;
         motion.equations.recall(&self.rules)?;
         let mut mover = Mover::new(integrator, &motion, &inner, self.memory.time[0])?;

@@ -1,5 +1,6 @@
 //! The stepping object: a system, where it is, and the integrator that moves it.
 
+use super::approach::Contact;
 use super::events::Watch;
 use super::motion::Motion;
 use super::mover::Mover;
@@ -8,12 +9,14 @@ use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
 use crate::dynamics::{Dynamics, Inner, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
+use crate::patience::{HOOK_INTERVAL, Patience, UNITS};
 use std::hint::black_box;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// How often the hook is called, at most.
-const HOOK_INTERVAL: Duration = Duration::from_millis(50);
+/// Units of work of looking for an event in a piece, and of evaluations between looks at the clock from step to step.
+const SCAN: u64 = 200;
+const LOOK: u64 = UNITS / 32;
 
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,12 +51,23 @@ pub struct Simulation {
 impl Simulation {
     /// Checks the state against the system.
     pub fn new(system: &System, state: &State, integrator: Integrator) -> Result<Self> {
-        system.check(state)?;
+        Self::begin(system, state, integrator, &mut Patience::endless())
+    }
+
+    /// The same for a caller who may not want to wait: systems of very many bodies take seconds.
+    pub fn begin(
+        system: &System,
+        state: &State,
+        integrator: Integrator,
+        patience: &mut Patience,
+    ) -> Result<Self> {
+        system.check(state, patience)?;
         let inner = Inner::new(system.layout(), &system.masses(), state);
-        let mut motion = Motion::new(system.dynamics(), &inner.high);
-        motion.prepare(state.time, &inner.high, 0.0)?;
+        let mut motion = Motion::new(system.dynamics(patience)?, &inner.high);
+        motion.prepare(state.time, &inner.high, 0.0, patience)?;
         // What overflows is refused here: no step could be measured against it.
-        system.check_range(&motion.equations.energy(&inner.high, &state.velocity))?;
+        let energy = motion.equations.energy(state.time, &inner.high, &state.velocity, patience)?;
+        system.check_range(&energy)?;
         let mover = Mover::new(integrator, &motion, &inner, state.time)?;
         Ok(Self { motion, inner, integrator, mover })
     }
@@ -80,8 +94,8 @@ impl Simulation {
     }
 
     /// Starts anew from another state; counts start anew too.
-    pub fn set_state(&mut self, state: &State) -> Result<()> {
-        *self = Self::new(self.system(), state, self.integrator)?;
+    pub fn set_state(&mut self, state: &State, patience: &mut Patience) -> Result<()> {
+        *self = Self::begin(self.system(), state, self.integrator, patience)?;
         Ok(())
     }
 
@@ -96,14 +110,39 @@ impl Simulation {
     }
 
     /// One accepted step towards `end`, never beyond it.
-    pub fn step(&mut self, end: f64) -> Result<()> {
-        self.mover.step(&mut self.motion, end)
+    pub fn step(&mut self, end: f64, patience: &mut Patience) -> Result<()> {
+        match self.advance(end, |_| false, patience)? {
+            None => Ok(()),
+            Some(contact) => {
+                self.mover.retreat();
+                Err(contact.error(self.system()))
+            }
+        }
+    }
+
+    /// One step, and the first contact in it. `looked` tells of a step's end whether the step is to be
+    /// looked into for other reasons as well.
+    fn advance(
+        &mut self,
+        end: f64,
+        looked: impl Fn(f64) -> bool,
+        patience: &mut Patience,
+    ) -> Result<Option<Contact>> {
+        loop {
+            self.mover.step(&mut self.motion, end, patience)?;
+            let looked = looked(self.time());
+            match self.mover.contact(&mut self.motion, looked, patience) {
+                Ok(contact) => return Ok(contact),
+                Err(error) => self.mover.shorten(error)?,
+            }
+        }
     }
 
     /// Moves to `until`, forwards or backwards, and records into `record`.
     ///
-    /// On an error the record keeps what there was up to it, and the simulation stays at the last accepted step. The hook is
-    /// called between steps, at most every 50 ms, and stops the run by [`ControlFlow::Break`].
+    /// On an error the record keeps what there was up to it, and the simulation stays at the last accepted step; where two bodies
+    /// meet, that is the last one before their contact. The hook is called about every 50 ms, also within steps that take longer,
+    /// and stops the run by [`ControlFlow::Break`].
     pub fn integrate(
         &mut self,
         until: f64,
@@ -118,15 +157,31 @@ impl Simulation {
     /// The same with events and the continuous solution.
     ///
     /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and what was recorded
-    /// before is as without it. A zero at the very start of a run is not an event, so that a run goes on from one. The
-    /// hook also sees the simulation between two steps, for an archive of it.
+    /// before is as without it. A zero at the very start of a run is not an event, so that a run goes on from one. Between two
+    /// steps the hook also sees the simulation, for an archive of it.
     pub fn run(
         &mut self,
         until: f64,
         run: Run,
         record: &mut Trajectory,
-        hook: &mut dyn FnMut(&Self, Progress) -> ControlFlow<()>,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
+        let outcome = self.follow(until, run, record, hook);
+        record.stop_reason = match &outcome {
+            Ok(reason) => *reason,
+            Err(Error::Interrupted { .. }) => StopReason::Interrupted,
+            Err(_) => StopReason::Unfinished,
+        };
+        outcome.map(drop)
+    }
+
+    fn follow(
+        &mut self,
+        until: f64,
+        run: Run,
+        record: &mut Trajectory,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
+    ) -> Result<StopReason> {
         require_finite("until", &[until])?;
         self.mover.check_reach(until)?;
         let Run { output, events, dense } = run;
@@ -135,73 +190,87 @@ impl Simulation {
         let mut watch = Watch::new(self.system(), &self.inner, events)?;
         let zeros = vec![0.0; self.inner.high.len()];
         let mut sample = zeros.clone();
-        record.stop_reason = StopReason::Unfinished;
         if dense {
             record.dense = Some(Dense::new(&self.inner, self.state(), start));
         }
+        let (mut called, mut unseen) = (Instant::now(), 0);
         if times.due(start) {
-            self.record_present(record);
+            let mut hook = || hook(None, Progress { start, time: start, end: until });
+            self.record_present(record, &mut Patience::since(called, &mut hook))?;
         }
-        let mut called = Instant::now();
         while self.time() != until {
-            self.mover.step(&mut self.motion, until)?;
+            let before = self.time();
+            let mut inside = || hook(None, Progress { start, time: before, end: until });
+            let patience = &mut Patience::since(called, &mut inside);
+            let watched = dense || !events.is_empty();
+            let contact = self.advance(until, |now| watched || times.pending(now).is_some(), patience)?;
             let now = self.time();
             let mut stop = None;
-            if dense || !events.is_empty() {
-                let pieces = self.mover.pieces(&mut self.motion)?;
-                for piece in pieces {
+            if watched {
+                for (index, piece) in self.mover.pieces().iter().enumerate() {
+                    patience.spend(SCAN * events.len() as u64, piece.start())?;
+                    let met = contact.filter(|contact| contact.piece == index);
                     let system = self.motion.equations.system();
                     let stopped = !events.is_empty()
-                        && watch.scan(system, &self.inner, piece, events, &mut record.events)?;
+                        && watch.scan(system, &self.inner, piece, met, events, &mut record.events)?;
                     stop = record.events.last().filter(|_| stopped).map(|last| (last.event, last.time));
                     if let Some(solution) = &mut record.dense {
-                        solution.push(piece, stop.map_or(piece.end(), |(_, time)| time));
+                        let met = met.map_or(piece.end(), |contact| contact.time);
+                        solution.push(piece, stop.map_or(met, |(_, time)| time));
                     }
-                    if stop.is_some() {
+                    if stop.is_some() || met.is_some() {
                         break;
                     }
                 }
             }
-            let reached = stop.map_or(now, |(_, time)| time);
+            let met = contact.map_or(now, |contact| contact.time);
+            let reached = stop.map_or(met, |(_, time)| time);
             while let Some(time) = times.before(reached) {
                 let forward = until >= start;
-                let pieces = self.mover.pieces(&mut self.motion)?;
+                let pieces = self.mover.pieces();
                 let after =
                     pieces.partition_point(|p| if forward { p.start() <= time } else { p.start() >= time });
                 let piece = &pieces[after.saturating_sub(1)];
                 piece.at(piece.fraction(time), &mut sample);
                 let state = self.inner.state(time, &sample, &zeros);
-                self.record_state(record, &sample, &state);
+                self.record_state(record, &sample, &state, patience)?;
             }
             if let Some((event, time)) = stop {
                 self.mover.place(time, watch.vector());
-                self.record_present(record);
-                record.stop_reason = StopReason::Event(event);
-                return Ok(());
+                self.record_present(record, patience)?;
+                return Ok(StopReason::Event(event));
+            }
+            if let Some(contact) = contact {
+                self.mover.retreat();
+                return Err(contact.error(self.system()));
             }
             if times.due(now) {
-                self.record_present(record);
+                self.record_present(record, patience)?;
             }
-            if called.elapsed() >= HOOK_INTERVAL {
+            // The clock is read after many quick steps.
+            unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
+            let look = watched || unseen >= LOOK;
+            unseen = if look { 0 } else { unseen };
+            if look && called.elapsed() >= HOOK_INTERVAL {
                 called = Instant::now();
-                if hook(self, Progress { start, time: now, end: until }).is_break() {
-                    record.stop_reason = StopReason::Interrupted;
+                if hook(Some(self), Progress { start, time: now, end: until }).is_break() {
                     return Err(Error::Interrupted { time: now });
                 }
             }
         }
-        record.stop_reason = StopReason::End;
-        Ok(())
+        Ok(StopReason::End)
     }
 
     /// Shortest time of an evaluation of the rates of change at the present state, seconds; for benchmarks.
     pub fn time_evaluation(&mut self, number: usize, repeats: usize) -> Result<f64> {
         let high = self.mover.vector().0.to_vec();
         let mut rate = vec![0.0; high.len()];
-        self.motion.prepare(self.time(), &high, 0.0)?;
+        self.motion.prepare(self.time(), &high, 0.0, &mut Patience::endless())?;
         let equations = &mut self.motion.equations;
         Ok(shortest(number, repeats, || {
-            let _ = black_box(equations.derivative(black_box(&high), &mut rate));
+            for part in 0..equations.parts() {
+                let _ = black_box(equations.derivative(part, black_box(&high), &mut rate));
+            }
         }))
     }
 
@@ -215,16 +284,23 @@ impl Simulation {
         })
     }
 
-    fn record_present(&mut self, record: &mut Trajectory) {
+    fn record_present(&mut self, record: &mut Trajectory, patience: &mut Patience) -> Result<()> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
-        self.record_state(record, &high, &state);
+        self.record_state(record, &high, &state, patience)
     }
 
-    fn record_state(&mut self, record: &mut Trajectory, y: &[f64], state: &State) {
-        let energy = self.motion.equations.energy(y, &state.velocity);
+    fn record_state(
+        &mut self,
+        record: &mut Trajectory,
+        y: &[f64],
+        state: &State,
+        patience: &mut Patience,
+    ) -> Result<()> {
+        let energy = self.motion.equations.energy(state.time, y, &state.velocity, patience)?;
         let momentum = self.motion.equations.angular_momentum(&self.inner, y);
         record.push(state, &energy, &momentum);
+        Ok(())
     }
 }
 

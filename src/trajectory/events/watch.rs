@@ -1,10 +1,11 @@
 //! Finding events in the pieces of a step.
 
 use super::condition::Place;
-use super::{Event, Occurrence};
+use super::{Condition, Event, Occurrence};
 use crate::dynamics::{Inner, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, extremum, root};
+use crate::trajectory::approach::Contact;
 
 /// Equal intervals of a step at whose ends the functions are sampled. Between three samples of which the middle one is nearest to
 /// zero the extremum is sought, so that two zeros in one interval are not lost; only a function with more extrema than
@@ -54,21 +55,24 @@ impl Watch {
         })
     }
 
-    /// The events within a piece, in the order of the run, up to and with the first terminal one.
+    /// The events within a piece, in the order of the run, up to and with the first terminal one. Where bodies meet in the piece it
+    /// ends there, and their contact is an event at that very place.
     pub fn scan(
         &mut self,
         system: &System,
         inner: &Inner,
         piece: &Segment,
+        met: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
     ) -> Result<bool> {
+        let end = met.map_or(1.0, |contact| contact.theta);
         let places: [f64; POINTS] = std::array::from_fn(|k| match k {
             0 => 0.0,
-            1 => NEAR,
-            k if k == POINTS - 2 => 1.0 - NEAR,
-            k if k == POINTS - 1 => 1.0,
-            k => (k - 1) as f64 / SAMPLES as f64,
+            1 => NEAR * end,
+            k if k == POINTS - 2 => (1.0 - NEAR) * end,
+            k if k == POINTS - 1 => end,
+            k => (k - 1) as f64 / SAMPLES as f64 * end,
         });
         // The values at the end of one piece are those at the start of the next, so that rounding hides no change of sign.
         for values in &mut self.values {
@@ -87,6 +91,15 @@ impl Watch {
         let y = &mut self.y;
         for (index, (event, values)) in events.iter_mut().zip(&self.values).enumerate() {
             let wanted = event.condition.direction().unwrap_or(event.direction);
+            if let (Condition::Contact { first, second }, Some(contact)) = (&event.condition, &met)
+                && contact.is_of(*first, *second)
+            {
+                // The function falls there, along the run.
+                if (wanted == 0 || (wanted > 0) == (piece.size() < 0.0)) && (self.begun || end > AT_START) {
+                    self.found.push((end, index));
+                }
+                continue;
+            }
             let mut f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);

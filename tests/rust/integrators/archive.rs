@@ -4,6 +4,7 @@ use super::systems::*;
 use fullbody::dynamics::AttitudeChart;
 use fullbody::error::Error;
 use fullbody::mutual::Method;
+use fullbody::patience::Patience;
 use fullbody::trajectory::{ARCHIVE_VERSION, Output, Simulation};
 
 /// A run that goes on from bytes equals the unbroken one bit for bit: every integrator, chart and kind of gravity.
@@ -18,7 +19,7 @@ fn resumed_equals_unbroken() {
                     continue;
                 };
                 // Stops in the middle of nowhere, between two steps and not at a time asked for.
-                (0..7).for_each(|_| unbroken.step(4.0).unwrap());
+                (0..7).for_each(|_| unbroken.step(4.0, &mut Patience::endless()).unwrap());
                 let mut resumed = Simulation::from_bytes(&unbroken.to_bytes().unwrap()).unwrap();
                 assert_eq!(resumed.state(), unbroken.state());
                 let label = format!("{integrator:?} {method} {chart:?}");
@@ -40,7 +41,7 @@ fn resumed_mid_run() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut unbroken = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     let mut saved = unbroken.clone();
-    (0..9).for_each(|_| saved.step(5.0).unwrap());
+    (0..9).for_each(|_| saved.step(5.0, &mut Patience::endless()).unwrap());
     let mut resumed = Simulation::from_bytes(&saved.to_bytes().unwrap()).unwrap();
     integrate(&mut unbroken, 5.0, &Output::Spacing(0.1), false);
     integrate(&mut resumed, 5.0, &Output::Spacing(0.1), false);
