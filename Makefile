@@ -72,12 +72,13 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, import
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, import; collisions missed
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
 	$(BIN)/python benches/import_time.py
+	$(BIN)/python benches/head_on.py
 
 clean:  ## removes what was built
 	rm -rf target $(VENV) out dist docs/_extra docs/notebooks

@@ -4,6 +4,7 @@
 //!
 //! - [`error`]: what can go wrong, with body, time and value.
 //! - [`names`]: choices by name.
+//! - [`patience`]: when a long computation asks whether to go on.
 //! - [`math`]: Carlson's integrals, rotations, exact sums, lanes.
 //! - [`shape`]: ellipsoids and points: volume, inertia, overlap.
 //! - [`gravity`]: exterior potential and field of one body.
@@ -17,6 +18,7 @@
 
 pub mod error;
 pub mod names;
+pub mod patience;
 pub mod math;
 pub mod shape;
 pub mod gravity;

@@ -5,11 +5,17 @@ use super::{AttitudeChart, BarycentricFrame, Energy, Layout, System, invariants}
 use crate::error::{Error, Result};
 use crate::math::compensated::{two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
-use crate::mutual::{Pair, Pose, RuleMemory};
+use crate::mutual::{Pair, Pose, Rule, RuleMemory};
+use crate::patience::{Patience, UNITS};
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
 /// times that is the end of the chart.
 const POLE: f64 = 1e-4;
+
+/// Units of work of a pair beside its nodes, of choosing its rule, and of making the pair.
+const PAIR: u64 = 4;
+const CHOICE: u64 = 50;
+const NEW: u64 = 300;
 
 /// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +27,11 @@ pub struct Dynamics {
     system: System,
     layout: Layout,
     pairs: Vec<(usize, usize, Pair)>,
+    /// Units of work of one evaluation with the rules in force.
+    work: u64,
+    /// Parts in which it is made, and the pairs in each.
+    parts: usize,
+    in_part: usize,
     inertia: Vec<Vec3>,
     rotations: Vec<Mat3>,
     acceleration: Vec<Vec3>,
@@ -28,17 +39,25 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    pub(super) fn new(system: &System) -> Self {
+    pub(super) fn new(system: &System, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
-        Self {
+        let pairs = system.pairs().map(|(i, j)| {
+            patience.spend(NEW, 0.0)?;
+            Ok((i, j, system.pair(i, j)))
+        });
+        let pairs = pairs.collect::<Result<Vec<_>>>()?;
+        Ok(Self {
             layout: system.layout(),
-            pairs: system.pairs().map(|(i, j)| (i, j, system.pair(i, j))).collect(),
+            work: 0,
+            parts: 1,
+            in_part: pairs.len(),
+            pairs,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
             rotations: vec![Mat3::identity(); n],
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             system: system.clone(),
-        }
+        })
     }
 
     /// The system.
@@ -74,8 +93,18 @@ impl Dynamics {
         self.pairs.iter_mut().zip(&from.pairs).for_each(|((_, _, pair), (_, _, from))| pair.copy_rule(from));
     }
 
+    /// Parts in which an evaluation is made, so that the caller can be asked between them; one for all but very many bodies.
+    pub fn parts(&self) -> usize {
+        self.parts
+    }
+
+    /// Units of work of a part with the rules in force, for [`Patience`].
+    pub fn work(&self) -> u64 {
+        self.work
+    }
+
     /// Checks a state and chooses the rules for a step of size `step` from it.
-    pub fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
+    pub fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
         self.turn(y);
         if self.layout.chart == AttitudeChart::TaitBryan {
             for body in 0..self.layout.bodies {
@@ -87,12 +116,22 @@ impl Dynamics {
                 }
             }
         }
+        let mut work = PAIR;
         for index in 0..self.pairs.len() {
             let (i, j, _) = self.pairs[index];
+            patience.spend(CHOICE, time)?;
             let pose = self.pose(y, i, j);
             let growth = self.system.check_apart(i, j, &pose, time)?;
             let closing = self.closing(y, i, j, &pose, growth, step);
-            self.pairs[index].2.prepare(&pose, closing)?;
+            let pair = &mut self.pairs[index].2;
+            pair.prepare(&pose, closing)?;
+            work += PAIR + pair.rule().map_or(0, Rule::nodes) as u64;
+        }
+        (self.parts, self.in_part, self.work) = (1, self.pairs.len(), work);
+        if work > UNITS {
+            self.parts = work.div_ceil(UNITS).min(self.pairs.len() as u64).max(1) as usize;
+            self.in_part = self.pairs.len().div_ceil(self.parts);
+            self.work = work / self.parts as u64;
         }
         Ok(())
     }
@@ -123,13 +162,17 @@ impl Dynamics {
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }
 
-    /// Accelerations of the centres and torques on the bodies. Allocates nothing.
-    pub fn loads(&mut self, y: &[f64]) -> std::result::Result<(&[Vec3], &[Vec3]), Rejected> {
-        self.turn(y);
-        self.acceleration.fill(Vec3::zeros());
-        self.torque.fill(Vec3::zeros());
+    /// A part of the accelerations of the centres and the torques on the bodies; after the last part [`Self::loads`] gives them.
+    /// Allocates nothing.
+    pub fn load(&mut self, part: usize, y: &[f64]) -> std::result::Result<(), Rejected> {
+        if part == 0 {
+            self.turn(y);
+            self.acceleration.fill(Vec3::zeros());
+            self.torque.fill(Vec3::zeros());
+        }
         let g = self.system.gravitational_constant;
-        for (i, j, pair) in &self.pairs {
+        let start = part * self.in_part;
+        for (i, j, pair) in &self.pairs[start..self.pairs.len().min(start + self.in_part)] {
             let (i, j) = (*i, *j);
             let pose = self.pose(y, i, j);
             if !pair.covers(pose.separation.norm()) {
@@ -142,12 +185,25 @@ impl Dynamics {
             self.torque[i] += g * mi * mj * f.torque_first;
             self.torque[j] += g * mi * mj * f.torque_second;
         }
-        Ok((&self.acceleration, &self.torque))
+        Ok(())
     }
 
-    /// Rates of change. Allocates nothing.
-    pub fn derivative(&mut self, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), Rejected> {
-        self.loads(y)?;
+    /// Accelerations of the centres and torques on the bodies.
+    pub fn loads(&self) -> (&[Vec3], &[Vec3]) {
+        (&self.acceleration, &self.torque)
+    }
+
+    /// A part of the rates of change; the last part leaves them in `rate`. Allocates nothing.
+    pub fn derivative(
+        &mut self,
+        part: usize,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> std::result::Result<(), Rejected> {
+        self.load(part, y)?;
+        if part + 1 < self.parts {
+            return Ok(());
+        }
         let layout = self.layout;
         let positions = 3 * layout.bodies;
         let (velocities, rest) = rate.split_at_mut(positions);
@@ -183,10 +239,17 @@ impl Dynamics {
     }
 
     /// Energy with the rules in force.
-    pub fn energy(&mut self, y: &[f64], velocities: &[Vec3]) -> Energy {
+    pub fn energy(
+        &mut self,
+        time: f64,
+        y: &[f64],
+        velocities: &[Vec3],
+        patience: &mut Patience,
+    ) -> Result<Energy> {
         self.turn(y);
         let mut potential = 0.0;
         for (i, j, pair) in &self.pairs {
+            patience.spend(PAIR + pair.rule().map_or(0, Rule::nodes) as u64, time)?;
             potential += self.system.strength(*i, *j) * pair.potential_energy(&self.pose(y, *i, *j));
         }
         let translational =
@@ -197,7 +260,7 @@ impl Dynamics {
                 0.5 * self.inertia[b].dot(&spin.component_mul(&spin))
             })
             .sum();
-        Energy::new(translational, rotational, potential)
+        Ok(Energy::new(translational, rotational, potential))
     }
 
     /// Total angular momentum about the origin, of a vector whose barycentre `frame` keeps.

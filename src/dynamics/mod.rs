@@ -15,7 +15,7 @@ mod system;
 pub use equations::{Dynamics, Rejected};
 pub use invariants::{Energy, Invariants};
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
-pub use rotor::{free_rotation, variational_rotation};
+pub use rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};

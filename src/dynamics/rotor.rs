@@ -16,15 +16,45 @@ fn turn_less_one(turn: Vec3) -> Quaternion {
     [-2.0 * half * half, scale * turn.x, scale * turn.y, scale * turn.z]
 }
 
+/// Farthest that a body with three different moments is turned at once, in rad: some 160 times round.
+pub const FARTHEST: f64 = 1024.0;
+
+/// Up to this angle, in rad, a loose bound of it costs little.
+const FEW: f64 = 64.0;
+
 /// Changes of attitude and spin over a time without torque.
 ///
-/// A body with two equal moments: two rotations. Any other: its Taylor series to round-off, in pieces short enough for it.
-pub fn free_rotation(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion, Vec3) {
+/// A body with two equal moments: two rotations. Any other: its Taylor series to round-off, in pieces short enough for it;
+/// `None` where it turns farther than [`FARTHEST`].
+pub fn free_rotation(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
     let axis = (0..3).find(|&k| inertia[(k + 1) % 3] == inertia[(k + 2) % 3]);
     match axis {
-        Some(axis) => symmetric(inertia, axis, q, spin, time),
+        Some(axis) => Some(symmetric(inertia, axis, q, spin, time)),
         None => triaxial(inertia, q, spin, time),
     }
+}
+
+/// An angle that a freely rotating body with three different moments does not turn beyond in a time.
+///
+/// The spin stays below |L| over the smallest moment. For a needle that tumbles end over end that is too large by the ratio of its
+/// moments, and beyond [`FEW`] a second bound is taken where it is smaller: every component of the spin stays below its value where
+/// L^2 and the energy T, both conserved, leave nothing to one of the others. With I_1 < I_2 < I_3,
+/// L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and 2 T I_3 - L^2 = I_1 (I_3 - I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
+pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
+    let by_momentum = inertia.component_mul(&spin).norm() / inertia.min() * time.abs();
+    if by_momentum <= FEW {
+        return by_momentum;
+    }
+    let mut order = [0, 1, 2];
+    order.sort_by(|&j, &k| inertia[j].total_cmp(&inertia[k]));
+    let [i1, i2, i3] = order.map(|k| inertia[k]);
+    let [s1, s2, s3] = order.map(|k| spin[k] * spin[k]);
+    let (first, third) = (i1 * (i3 - i1), i3 * (i3 - i1));
+    let (second_by_first, second_by_third) = (i2 * (i3 - i2), i2 * (i2 - i1));
+    let largest1 = s1 + second_by_first / first * s2;
+    let largest2 = s2 + (first / second_by_first * s1).min(third / second_by_third * s3);
+    let largest3 = s3 + second_by_third / third * s2;
+    by_momentum.min((largest1 + largest2 + largest3).sqrt() * time.abs())
 }
 
 /// About the angular momentum at |L|/I, then about the symmetry axis.
@@ -49,12 +79,15 @@ fn symmetric(inertia: Vec3, axis: usize, q: Quaternion, spin: Vec3, time: f64) -
     (product(q, turn), change)
 }
 
-fn triaxial(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion, Vec3) {
+fn triaxial(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
     /// Angle turned within one piece: the series then gains two bits a term and more.
     const PIECE: f64 = 0.25;
     const TERMS: usize = 40;
-    let fastest = inertia.component_mul(&spin).norm() / inertia.min();
-    let pieces = (fastest * time.abs() / PIECE).ceil().max(1.0);
+    let angle = farthest_turn(inertia, spin, time);
+    if angle.is_nan() || angle > FARTHEST {
+        return None;
+    }
+    let pieces = (angle / PIECE).ceil().max(1.0);
     let h = time / pieces;
     let rate = Vec3::from([0, 1, 2].map(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -92,7 +125,7 @@ fn triaxial(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion,
             (0..4).for_each(|c| turned[c] += p[n][c]);
         }
     }
-    (turned, change)
+    Some((turned, change))
 }
 
 /// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
@@ -107,7 +140,7 @@ pub fn variational_rotation(
     time: f64,
 ) -> Option<(Quaternion, Vec3)> {
     if inertia.min() <= 0.0 {
-        return Some(free_rotation(inertia, q, spin, time));
+        return free_rotation(inertia, q, spin, time);
     }
     let momentum = inertia.component_mul(&spin);
     let target = 0.5 * time * momentum;

@@ -9,12 +9,16 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
-use super::rotor::{free_rotation, variational_rotation};
+use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
 use super::{AttitudeChart, Dynamics};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::compensated::two_sum;
 use crate::orbit::kepler_change;
+use crate::patience::Patience;
+
+/// Units of work of turning a body by a rad, for [`Patience`].
+const ROTATION: f64 = 400.0;
 
 /// What counts as the large part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +44,9 @@ pub struct Splitting {
     spin_rate: Vec<Vec3>,
     /// Whether the two above belong to the present vector.
     loaded: bool,
+    /// Time and size of the step, for what errors say.
+    time: f64,
+    step: f64,
 }
 
 impl Splitting {
@@ -74,6 +81,8 @@ impl Splitting {
             acceleration: zeros.clone(),
             spin_rate: zeros,
             loaded: false,
+            time: 0.0,
+            step: 0.0,
         })
     }
 
@@ -98,6 +107,11 @@ impl Splitting {
         self.loaded = loads.len() == self.masses.len();
     }
 
+    /// Takes note of the step that comes.
+    pub fn begin(&mut self, time: f64, step: f64) {
+        (self.time, self.step) = (time, step);
+    }
+
     /// The large part.
     pub fn drift(
         &mut self,
@@ -105,7 +119,8 @@ impl Splitting {
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-    ) -> std::result::Result<(), &'static str> {
+        patience: &mut Patience,
+    ) -> Result<()> {
         self.loaded = false;
         let layout = dynamics.layout();
         let n = layout.bodies;
@@ -126,7 +141,9 @@ impl Splitting {
                 for body in 1..n {
                     let mu = self.gravitational_constant * self.within[body];
                     let (moved, turned) = kepler_change(&self.position[body], &self.velocity[body], mu, size)
-                        .ok_or("Kepler's equation has no solution in doubles")?;
+                        .ok_or_else(|| {
+                            self.failed("Kepler's equation has no solution in doubles; use a shorter step")
+                        })?;
                     self.position[body] = moved;
                     self.velocity[body] = turned;
                 }
@@ -145,11 +162,14 @@ impl Splitting {
             let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
-            let (turned, change) = match self.parts {
+            // A cast of what is too large, or no number, is the end of its range.
+            patience
+                .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
+            let turn = match self.parts {
                 Parts::Kepler => free_rotation(inertia, q, spin, size),
-                Parts::Free => variational_rotation(inertia, q, spin, size)
-                    .ok_or("a body turns too far in one step for the discrete rotation")?,
+                Parts::Free => variational_rotation(inertia, q, spin, size),
             };
+            let (turned, change) = turn.ok_or_else(|| self.too_far(dynamics, body, spin))?;
             (0..4).for_each(|c| add(high, low, a + c, turned[c]));
             (0..3).for_each(|c| add(high, low, s + c, change[c]));
         }
@@ -163,11 +183,12 @@ impl Splitting {
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-    ) -> std::result::Result<u64, &'static str> {
+        patience: &mut Patience,
+    ) -> Result<u64> {
         let layout = dynamics.layout();
         let evaluations = u64::from(!self.loaded);
         if !self.loaded {
-            self.load(dynamics, high, low)?;
+            self.load(dynamics, high, low, patience)?;
         }
         for body in 0..layout.bodies {
             for c in 0..3 {
@@ -183,9 +204,16 @@ impl Splitting {
         dynamics: &mut Dynamics,
         high: &[f64],
         low: &[f64],
-    ) -> std::result::Result<(), &'static str> {
+        patience: &mut Patience,
+    ) -> Result<()> {
         let layout = dynamics.layout();
-        let (acceleration, torque) = dynamics.loads(high).map_err(|rejected| rejected.0)?;
+        for part in 0..dynamics.parts() {
+            patience.spend(dynamics.work(), self.time)?;
+            dynamics
+                .load(part, high)
+                .map_err(|rejected| self.failed(&format!("{}; use a shorter step", rejected.0)))?;
+        }
+        let (acceleration, torque) = dynamics.loads();
         self.acceleration.copy_from_slice(acceleration);
         for (rate, (torque, inertia)) in self.spin_rate.iter_mut().zip(torque.iter().zip(&self.inertia)) {
             *rate =
@@ -206,8 +234,35 @@ impl Splitting {
             self.loaded = true;
             Ok(())
         } else {
-            Err("a rate of change is not finite")
+            Err(self.failed("a rate of change is not finite; use a shorter step"))
         }
+    }
+
+    fn failed(&self, detail: &str) -> Error {
+        let what = format!("a step of size {:e} at time {}", self.step, self.time);
+        Error::NotConverged { what, detail: detail.to_owned() }
+    }
+
+    /// That a body turns too far in a step, and in which step it would not.
+    fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
+        let name = &dynamics.system().bodies()[body].name;
+        let (inertia, step) = (self.inertia[body], self.step.abs());
+        let (angle, shorter, limit) = match self.parts {
+            Parts::Kepler => {
+                let angle = farthest_turn(inertia, spin, step);
+                (angle, 0.99 * step * FARTHEST / angle, format!("expected {FARTHEST} rad at most"))
+            }
+            Parts::Free => {
+                let follows =
+                    |step: &f64| variational_rotation(inertia, [1.0, 0.0, 0.0, 0.0], spin, *step).is_some();
+                let shorter =
+                    (1..1000).map(|k| 0.99 * step * 0.5_f64.powi(k)).find(follows).unwrap_or_default();
+                (spin.norm() * step, shorter, "the discrete rotation has no solution there".to_owned())
+            }
+        };
+        self.failed(&format!(
+            "{name} turns by {angle:.3e} rad in it; {limit}; use a step of at most {shorter:.3e}"
+        ))
     }
 
     /// Fills `position` with Jacobi's vectors: body i from the barycentre of those before it. Entry 0 is zero, since the

@@ -6,6 +6,7 @@ use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{BodyGravity, Method, Pair, Pose};
 use crate::names::Named;
+use crate::patience::Patience;
 use crate::quadrature::Order;
 use crate::shape::{Body, growth};
 use pulp::Arch;
@@ -13,6 +14,10 @@ use serde::{Deserialize, Serialize};
 
 /// The farthest separation, in the system's units and in sizes of a body, whose inverse cube is safely a double.
 const REACH: f64 = 1e100;
+
+/// Units of work of looking at a pair's separation, and of making a pair with its rule, for [`Patience`].
+const CHECK: u64 = 10;
+const NEW_PAIR: u64 = 500;
 
 /// How the gravity of a system is computed and its attitudes are kept. This is the description of the settings: archives and
 /// the Python package have theirs from it.
@@ -143,12 +148,12 @@ impl System {
     }
 
     /// The equations of motion.
-    pub fn dynamics(&self) -> Dynamics {
-        Dynamics::new(self)
+    pub fn dynamics(&self, patience: &mut Patience) -> Result<Dynamics> {
+        Dynamics::new(self, patience)
     }
 
     /// Refuses states of another number of bodies, bodies that overlap, and bodies too far apart for doubles.
-    pub fn check(&self, state: &State) -> Result<()> {
+    pub fn check(&self, state: &State, patience: &mut Patience) -> Result<()> {
         if state.bodies() != self.bodies.len() {
             return Err(Error::invalid(
                 "number of bodies in the state",
@@ -157,6 +162,7 @@ impl System {
             ));
         }
         for (i, j) in self.pairs() {
+            patience.spend(CHECK, state.time)?;
             let pose = pose(state, i, j);
             self.check_reach(i, j, &pose)?;
             self.check_apart(i, j, &pose, state.time)?;
@@ -199,8 +205,8 @@ impl System {
     }
 
     /// Forces, torques and potential energy.
-    pub fn interactions(&self, state: &State) -> Result<BodyInteraction> {
-        self.check(state)?;
+    pub fn interactions(&self, state: &State, patience: &mut Patience) -> Result<BodyInteraction> {
+        self.check(state, patience)?;
         let n = self.bodies.len();
         let mut result = BodyInteraction {
             force: vec![Vec3::zeros(); n],
@@ -208,6 +214,7 @@ impl System {
             potential_energy: 0.0,
         };
         for (i, j) in self.pairs() {
+            patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
             let mut pair = self.pair(i, j);
             pair.prepare(&pose, 0.0)?;
@@ -228,10 +235,11 @@ impl System {
     }
 
     /// Energy in its parts.
-    pub fn energy(&self, state: &State) -> Result<Energy> {
-        self.check(state)?;
+    pub fn energy(&self, state: &State, patience: &mut Patience) -> Result<Energy> {
+        self.check(state, patience)?;
         let mut potential = 0.0;
         for (i, j) in self.pairs() {
+            patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
             let mut pair = self.pair(i, j);
             pair.prepare(&pose, 0.0)?;
@@ -248,16 +256,16 @@ impl System {
     }
 
     /// Total linear momentum, inertial.
-    pub fn momentum(&self, state: &State) -> Result<Vec3> {
-        self.check(state)?;
+    pub fn momentum(&self, state: &State, patience: &mut Patience) -> Result<Vec3> {
+        self.check(state, patience)?;
         let momentum = invariants::momentum(self, state);
         in_range("momentum", momentum.as_slice())?;
         Ok(momentum)
     }
 
     /// Total angular momentum about the origin, inertial.
-    pub fn angular_momentum(&self, state: &State) -> Result<Vec3> {
-        self.check(state)?;
+    pub fn angular_momentum(&self, state: &State, patience: &mut Patience) -> Result<Vec3> {
+        self.check(state, patience)?;
         let momentum = invariants::angular_momentum(self, state);
         in_range("angular momentum", momentum.as_slice())?;
         Ok(momentum)

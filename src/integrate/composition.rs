@@ -6,27 +6,18 @@
 
 use crate::error::Result;
 use crate::names::Named;
+use crate::patience::Patience;
 
 /// Two flows over a vector `high` + `low`.
 pub trait Flows {
     /// Called between steps, before a step of size `step`. May allocate.
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()>;
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
 
     /// The large part, A.
-    fn drift(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-    ) -> std::result::Result<(), &'static str>;
+    fn drift(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<()>;
 
     /// The small part, B, which does not change what it depends on. Gives the number of evaluations that it took.
-    fn kick(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-    ) -> std::result::Result<u64, &'static str>;
+    fn kick(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<u64>;
 
     /// Brings an accepted vector back onto its constraints.
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
@@ -115,16 +106,17 @@ impl Composition {
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-    ) -> std::result::Result<u64, &'static str> {
+        patience: &mut Patience,
+    ) -> Result<u64> {
         let kicks = self.drifts.len() + self.kicks.len() - 1;
         let mut evaluations = 0;
         for k in 0..=kicks {
             let drift = self.drifts[k.min(kicks - k)];
             if drift != 0.0 {
-                flows.drift(size * drift, high, low)?;
+                flows.drift(size * drift, high, low, patience)?;
             }
             if k < kicks {
-                evaluations += flows.kick(size * self.kicks[k.min(kicks - 1 - k)], high, low)?;
+                evaluations += flows.kick(size * self.kicks[k.min(kicks - 1 - k)], high, low, patience)?;
             }
         }
         Ok(evaluations)

@@ -18,6 +18,7 @@ pub static DORMAND_PRINCE54: Tableau = Tableau {
     b_low: &B_LOW,
     b_hat: &B_HAT,
     interpolant: Interpolant { order: 4, weights: &WEIGHTS },
+    spread: [0.186, 0.0],
 };
 
 static C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 0.88888888888888888888888889, 1.0, 1.0];

@@ -4,6 +4,7 @@ use super::composition::{Composition, Flows};
 use super::stepper::{Memory, Statistics};
 use crate::error::{Error, Result};
 use crate::math::compensated::Compensated;
+use crate::patience::Patience;
 
 /// An integration with a fixed step.
 #[derive(Debug, Clone)]
@@ -15,6 +16,7 @@ pub struct FixedStepper {
     low: Vec<f64>,
     statistics: Statistics,
     last_time: Compensated,
+    last_size: f64,
     last_high: Vec<f64>,
     last_low: Vec<f64>,
 }
@@ -34,6 +36,7 @@ impl FixedStepper {
             time: Compensated::new(time),
             statistics: Statistics::default(),
             last_time: Compensated::new(time),
+            last_size: 0.0,
             last_high: high.clone(),
             last_low: low.clone(),
             high,
@@ -56,9 +59,22 @@ impl FixedStepper {
         (&self.high, &self.low)
     }
 
-    /// Time and vector at which the last step began.
+    /// Time and vector at which the last step began, also one that was not taken to its end.
     pub fn last(&self) -> (Compensated, &[f64], &[f64]) {
         (self.last_time, &self.last_high, &self.last_low)
+    }
+
+    /// Size of that step, negative for a run backwards.
+    pub fn last_size(&self) -> f64 {
+        self.last_size
+    }
+
+    /// Takes the last step back.
+    pub fn retreat(&mut self) {
+        self.time = self.last_time;
+        self.high.copy_from_slice(&self.last_high);
+        self.low.copy_from_slice(&self.last_low);
+        self.statistics.steps -= 1;
     }
 
     /// Counts so far.
@@ -100,8 +116,9 @@ impl FixedStepper {
         self.low.fill(0.0);
     }
 
-    /// One step towards `end`; only a step that would pass it is cut short.
-    pub fn step(&mut self, flows: &mut impl Flows, end: f64) -> Result<()> {
+    /// One step towards `end`; only a step that would pass it is cut short. A step that is not taken to its end leaves the
+    /// integration at its start.
+    pub fn step(&mut self, flows: &mut impl Flows, end: f64, patience: &mut Patience) -> Result<()> {
         let remaining = (end - self.time.high) - self.time.low;
         // A remainder that differs from the step by the rounding of the end is the step.
         let arrives = remaining.abs() <= self.size * (1.0 + 1e-9);
@@ -111,19 +128,17 @@ impl FixedStepper {
             let reason = "steps this short are lost in the time's rounding".to_owned();
             return Err(Error::StepSizeTooSmall { time, step: size, reason });
         }
-        flows.prepare(time, &self.high, size)?;
         self.last_time = self.time;
+        self.last_size = size;
         self.last_high.copy_from_slice(&self.high);
         self.last_low.copy_from_slice(&self.low);
-        match self.composition.step(flows, size, &mut self.high, &mut self.low) {
+        flows.prepare(time, &self.high, size, patience)?;
+        match self.composition.step(flows, size, &mut self.high, &mut self.low, patience) {
             Ok(evaluations) => self.statistics.evaluations += evaluations,
-            Err(reason) => {
+            Err(error) => {
                 self.high.copy_from_slice(&self.last_high);
                 self.low.copy_from_slice(&self.last_low);
-                return Err(Error::NotConverged {
-                    what: format!("a step of size {size:e} at time {time}"),
-                    detail: format!("{reason}; use a shorter step"),
-                });
+                return Err(error);
             }
         }
         flows.restore(&mut self.high, &mut self.low);

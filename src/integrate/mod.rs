@@ -21,7 +21,7 @@ pub use dormand_prince54::DORMAND_PRINCE54;
 pub use fixed::FixedStepper;
 pub use roots::{extremum, root};
 pub use segment::{MAX_TERMS, Segment};
-pub use stepper::{Equations, Memory, Statistics, Stepper};
+pub use stepper::{Equations, Memory, Statistics, Step, Stepper};
 pub use tableau::{Interpolant, Tableau};
 pub use verner65::VERNER65;
 pub use verner76::VERNER76;

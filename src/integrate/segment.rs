@@ -72,22 +72,56 @@ impl Segment {
     /// The vector at a fraction of the step. Allocates nothing.
     pub fn at(&self, theta: f64, out: &mut [f64]) {
         let dimension = self.high.len();
-        let terms = self.coefficients.len() / dimension.max(1);
-        let mut basis = [0.0; MAX_TERMS];
-        let x = 2.0 * theta - 1.0;
-        let (mut previous, mut present) = (x, 1.0);
-        for value in &mut basis[..terms] {
-            *value = theta * self.size * present;
-            (previous, present) = (present, 2.0 * x * present - previous);
-        }
+        let basis = self.basis(theta);
         out.fill(0.0);
         // The small terms first.
-        for (value, row) in basis[..terms].iter().zip(self.coefficients.chunks_exact(dimension)).rev() {
+        for (value, row) in basis.iter().zip(self.coefficients.chunks_exact(dimension)).rev() {
             out.iter_mut().zip(row).for_each(|(o, c)| *o += value * c);
         }
         for (o, (high, low)) in out.iter_mut().zip(self.high.iter().zip(&self.low)) {
             *o = high + (low + *o);
         }
+    }
+
+    /// What the coefficients are multiplied with at a fraction of the step.
+    pub fn basis(&self, theta: f64) -> [f64; MAX_TERMS] {
+        let mut basis = [0.0; MAX_TERMS];
+        let x = 2.0 * theta - 1.0;
+        let (mut previous, mut present) = (x, 1.0);
+        for value in &mut basis[..self.terms()] {
+            *value = theta * self.size * present;
+            (previous, present) = (present, 2.0 * x * present - previous);
+        }
+        basis
+    }
+
+    /// One number of the vector where the basis was taken, the same as of [`Self::at`].
+    pub fn number(&self, basis: &[f64; MAX_TERMS], index: usize) -> f64 {
+        let column = self.coefficients[index..].iter().step_by(self.high.len());
+        let sum = basis[..self.terms()].iter().zip(column).rev().fold(0.0, |sum, (value, c)| sum + value * c);
+        self.high[index] + (self.low[index] + sum)
+    }
+
+    /// Bounds of how fast numbers of the vector change with the fraction of the step, anywhere in it: of the lengths of the first
+    /// three derivatives of the `count` numbers from `index` on.
+    ///
+    /// The derivatives of theta T_k(2 theta - 1) are largest at the end: 1 + 2 k^2, 4 k^2 (k^2 + 2) / 3 and
+    /// 4 k^2 (k^2 - 1) (2 k^2 + 7) / 15.
+    pub fn rates(&self, index: usize, count: usize) -> [f64; 3] {
+        let mut rates = [0.0; 3];
+        for (k, row) in self.coefficients.chunks_exact(self.high.len()).enumerate() {
+            let length =
+                row[index..index + count].iter().map(|c| c * c).sum::<f64>().sqrt() * self.size.abs();
+            let q = (k * k) as f64;
+            rates[0] += length * (1.0 + 2.0 * q);
+            rates[1] += length * 4.0 / 3.0 * q * (q + 2.0);
+            rates[2] += length * 4.0 / 15.0 * q * (q - 1.0) * (2.0 * q + 7.0);
+        }
+        rates
+    }
+
+    fn terms(&self) -> usize {
+        self.coefficients.len() / self.high.len().max(1)
     }
 
     /// Moves the end by a difference and what is before it by its share, linear in time.

@@ -6,6 +6,7 @@ use super::tableau::Tableau;
 use crate::error::{Error, Result};
 use crate::math::compensated::{Compensated, two_sum};
 use crate::math::lanes::{Term, WeightedRows, stride};
+use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +17,28 @@ pub trait Equations {
         Arch::default()
     }
 
-    /// Called between steps, before a step of size `step` from an accepted vector. May allocate.
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()>;
+    /// Parts in which the rates of change are evaluated, so that the caller can be asked between them.
+    fn parts(&self) -> usize {
+        1
+    }
 
-    /// Rates of change at a trial vector; `Err` says why it cannot be had there, and the step is tried shorter.
-    fn derivative(&mut self, time: f64, y: &[f64], rate: &mut [f64])
-    -> std::result::Result<(), &'static str>;
+    /// Units of work of a part, for [`Patience`].
+    fn work(&self) -> u64 {
+        1
+    }
+
+    /// Called between steps, before a step of size `step` from an accepted vector. May allocate.
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
+
+    /// A part of the evaluation of the rates of change at a trial vector; the last part leaves them in `rate`. `Err` says why
+    /// they cannot be had there, and the step is tried shorter.
+    fn derivative(
+        &mut self,
+        part: usize,
+        time: f64,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> std::result::Result<(), &'static str>;
 
     /// Size of a difference `v` at `y` in units of the tolerance.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
@@ -41,6 +58,32 @@ pub struct Statistics {
     pub evaluations: u64,
 }
 
+/// An accepted step by its ends and stages.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<'a> {
+    tableau: &'static Tableau,
+    /// The vector at its start.
+    pub start: &'a [f64],
+    /// The vector at its end.
+    pub end: &'a [f64],
+    /// Its size, negative for a run backwards.
+    pub size: f64,
+    rates: &'a [f64],
+}
+
+impl Step<'_> {
+    /// The rates of change at the pair's own stages, the first one at the start.
+    pub fn rates(&self) -> impl Iterator<Item = &[f64]> {
+        let dimension = self.start.len();
+        self.rates.chunks_exact(stride(dimension)).take(self.tableau.stages).map(move |row| &row[..dimension])
+    }
+
+    /// The tableau's [`Tableau::spread`].
+    pub fn spread(&self) -> [f64; 2] {
+        self.tableau.spread
+    }
+}
+
 /// The state of an integration. Numbers only: two steppers that are equal go on equally.
 #[derive(Debug, Clone)]
 pub struct Stepper {
@@ -52,6 +95,8 @@ pub struct Stepper {
     /// Size of the next step; zero before the first.
     next: f64,
     controller: Controller,
+    /// Both before the last step.
+    before: (f64, Controller),
     statistics: Statistics,
     /// Rates of the stages, one after the other.
     stages: Vec<f64>,
@@ -106,6 +151,7 @@ impl Stepper {
             time: Compensated::new(time),
             next: 0.0,
             controller: Controller::new(),
+            before: (0.0, Controller::new()),
             statistics: Statistics::default(),
             terms: terms(tableau),
             stages: vec![0.0; all_stages * stride(dimension)],
@@ -179,12 +225,13 @@ impl Stepper {
         self.statistics
     }
 
-    /// One accepted step towards `end`, never beyond it.
-    pub fn step(&mut self, equations: &mut impl Equations, end: f64) -> Result<()> {
+    /// One accepted step towards `end`, never beyond it. Where it is interrupted the integration stays at its start.
+    pub fn step(&mut self, equations: &mut impl Equations, end: f64, patience: &mut Patience) -> Result<()> {
         let direction = if end >= self.time() { 1.0 } else { -1.0 };
         self.fresh = false;
+        self.before = (self.next, self.controller);
         if self.next == 0.0 {
-            self.next = self.first_step(equations, direction, end)?;
+            self.next = self.first_step(equations, direction, end, patience)?;
         }
         self.next = self.next.abs() * direction;
         loop {
@@ -193,8 +240,8 @@ impl Stepper {
             if size != self.remaining(end) {
                 self.refuse_tiny(size, "the error tolerance cannot be met")?;
             }
-            equations.prepare(self.time(), &self.high, size)?;
-            match self.attempt(equations, size) {
+            equations.prepare(self.time(), &self.high, size, patience)?;
+            match self.attempt(equations, size, patience)? {
                 Ok(error) if error <= 1.0 => {
                     self.accept(equations, size, end);
                     let factor = self.controller.accepted(error, self.tableau.error_order);
@@ -217,20 +264,55 @@ impl Stepper {
         }
     }
 
+    /// Takes the last step back. What it was made of stays until the next one.
+    pub fn retreat(&mut self) {
+        self.time = self.last.time;
+        self.high.copy_from_slice(&self.last.high);
+        self.low.copy_from_slice(&self.last.low);
+        (self.next, self.controller) = self.before;
+        self.statistics.steps -= 1;
+    }
+
+    /// Takes the last step back and plans it half as long; refuses where that no longer advances the time.
+    pub fn shorten(&mut self, reason: &str) -> Result<()> {
+        self.retreat();
+        self.statistics.rejected += 1;
+        self.next = 0.5 * self.last.size;
+        self.controller.after_rejection = true;
+        self.refuse_tiny(self.next, reason)
+    }
+
+    /// The last step by its ends and stages.
+    pub fn last(&self) -> Step<'_> {
+        Step {
+            tableau: self.tableau,
+            start: &self.last.high,
+            end: &self.high,
+            size: self.last.size,
+            rates: &self.stages,
+        }
+    }
+
     /// The vector at a time within the last step.
-    pub fn interpolate(&mut self, equations: &mut impl Equations, time: f64, out: &mut [f64]) -> Result<()> {
-        let segment = self.segment(equations)?;
+    pub fn interpolate(
+        &mut self,
+        equations: &mut impl Equations,
+        time: f64,
+        out: &mut [f64],
+        patience: &mut Patience,
+    ) -> Result<()> {
+        let segment = self.segment(equations, patience)?;
         segment.at(segment.fraction(time), out);
         Ok(())
     }
 
     /// The last step as a polynomial. Computes the interpolant's stages when first asked for in a step.
-    pub fn segment(&mut self, equations: &mut impl Equations) -> Result<&Segment> {
+    pub fn segment(&mut self, equations: &mut impl Equations, patience: &mut Patience) -> Result<&Segment> {
         if self.known == 0 {
             return Err(Error::invalid("number of steps", 0, "a step before its interpolation"));
         }
         if !self.formed {
-            self.complete_stages(equations)?;
+            self.complete_stages(equations, patience)?;
             let dimension = self.high.len();
             self.last.coefficients.fill(0.0);
             for (stage, weights) in self.tableau.interpolant.weights.iter().enumerate() {
@@ -246,7 +328,12 @@ impl Stepper {
         Ok(&self.last)
     }
 
-    fn complete_stages(&mut self, equations: &mut impl Equations) -> Result<()> {
+    /// The last step as the polynomial that [`Self::segment`] has formed.
+    pub fn piece(&self) -> &Segment {
+        &self.last
+    }
+
+    fn complete_stages(&mut self, equations: &mut impl Equations, patience: &mut Patience) -> Result<()> {
         let dimension = self.high.len();
         while self.known < self.tableau.a.len() {
             let stage = self.known;
@@ -254,7 +341,7 @@ impl Stepper {
             let time = self.last.start() + self.tableau.c[stage] * self.last.size;
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            equations.derivative(time, &self.trial[..dimension], rates).map_err(|reason| {
+            evaluate(equations, time, &self.trial[..dimension], rates, patience)?.map_err(|reason| {
                 Error::StepSizeTooSmall {
                     time,
                     step: self.last.size,
@@ -291,12 +378,13 @@ impl Stepper {
         }
     }
 
-    /// Computes the stages and the trial vector's increments; gives the error in units of the tolerance.
+    /// Computes the stages and the trial vector's increments; gives the error in units of the tolerance, or why there is none.
     fn attempt(
         &mut self,
         equations: &mut impl Equations,
         size: f64,
-    ) -> std::result::Result<f64, &'static str> {
+        patience: &mut Patience,
+    ) -> Result<std::result::Result<f64, &'static str>> {
         let dimension = self.high.len();
         let time = self.time();
         self.formed = false;
@@ -310,7 +398,10 @@ impl Stepper {
             self.fill_trial(equations.arch(), stage, size);
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            equations.derivative(time + self.tableau.c[stage] * size, &self.trial[..dimension], rates)?;
+            let (at, trial) = (time + self.tableau.c[stage] * size, &self.trial[..dimension]);
+            if let Err(reason) = evaluate(equations, at, trial, rates, patience)? {
+                return Ok(Err(reason));
+            }
             self.fresh = true;
             self.known = stage + 1;
         }
@@ -323,7 +414,7 @@ impl Stepper {
             }
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
-        if error.is_finite() { Ok(error) } else { Err("the error estimate is not finite") }
+        Ok(if error.is_finite() { Ok(error) } else { Err("the error estimate is not finite") })
     }
 
     /// y + size sum_j a_ij k_j.
@@ -360,16 +451,22 @@ impl Stepper {
     }
 
     /// The starting step of Hairer, Norsett & Wanner, section II.4.
-    fn first_step(&mut self, equations: &mut impl Equations, direction: f64, end: f64) -> Result<f64> {
+    fn first_step(
+        &mut self,
+        equations: &mut impl Equations,
+        direction: f64,
+        end: f64,
+        patience: &mut Patience,
+    ) -> Result<f64> {
         let dimension = self.high.len();
         let remaining = (end - self.time()).abs();
         let time = self.time();
-        equations.prepare(time, &self.high, 0.0)?;
+        equations.prepare(time, &self.high, 0.0, patience)?;
         let failed = |reason: &str| Error::StepSizeTooSmall { time, step: 0.0, reason: reason.to_owned() };
         let unit = Tolerance { relative: 1.0, absolute: 0.0 };
         let (first, rest) = self.stages.split_at_mut(stride(dimension));
         let first = &mut first[..dimension];
-        equations.derivative(time, &self.high, first).map_err(failed)?;
+        evaluate(equations, time, &self.high, first, patience)?.map_err(failed)?;
         self.statistics.evaluations += 2;
         // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
         let rate = equations.norm(&self.high, first, &unit);
@@ -379,8 +476,8 @@ impl Stepper {
             *t = y + direction * guess * k;
         }
         let second = &mut rest[..dimension];
-        let curvature = match equations.derivative(time + direction * guess, &self.trial[..dimension], second)
-        {
+        let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
+        let curvature = match evaluate(equations, at, trial, second, patience)? {
             Err(_) => f64::INFINITY,
             Ok(()) => {
                 second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
@@ -394,6 +491,24 @@ impl Stepper {
         let step = if scale > 0.0 { (0.01 * tolerance).powf(exponent) * 10.0 / scale } else { remaining };
         Ok(direction * step.min(100.0 * guess).min(remaining).max(f64::MIN_POSITIVE))
     }
+}
+
+/// The rates of change at a trial vector, or why there are none.
+#[inline]
+fn evaluate(
+    equations: &mut impl Equations,
+    time: f64,
+    y: &[f64],
+    rate: &mut [f64],
+    patience: &mut Patience,
+) -> Result<std::result::Result<(), &'static str>> {
+    for part in 0..equations.parts() {
+        patience.spend(equations.work(), time)?;
+        if let Err(reason) = equations.derivative(part, time, y, rate) {
+            return Ok(Err(reason));
+        }
+    }
+    Ok(Ok(()))
 }
 
 fn terms(tableau: &Tableau) -> Vec<Vec<Term>> {

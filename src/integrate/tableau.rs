@@ -26,6 +26,15 @@ pub struct Tableau {
     pub b_hat: &'static [f64],
     /// Continuous extension.
     pub interpolant: Interpolant,
+    /// How far a path x with dx/dt = v, dv/dt = a may bend within a step of size h. With a_0 the acceleration at the first stage,
+    /// its interpolant and the interpolant's own stages lie no further from the chord between the step's ends than
+    ///
+    /// h^2 ( |a_0| / 8 + spread\[0\] max |a_j - a_0| + spread\[1\] max |a_k - a_0| ),
+    ///
+    /// j over the stages of the pair, k over those of the interpolant alone. Since a stage's velocity is v + h sum_j a_ij a_j, the
+    /// interpolant is x + theta h v + h^2 sum_j D_j(theta) a_j with D_j = sum_i b_i(theta) a_ij, and the two numbers are the largest
+    /// sums of |D_j(theta) - theta D_j(1)| over the stages of either kind; the same of the stages' own places.
+    pub spread: [f64; 2],
 }
 
 /// Continuous extension: y(t + theta h) = y + h sum_i b_i(theta) k_i.

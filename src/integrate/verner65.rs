@@ -21,6 +21,7 @@ pub static VERNER65: Tableau = Tableau {
     b_low: &B_LOW,
     b_hat: &B_HAT,
     interpolant: Interpolant { order: 6, weights: &WEIGHTS },
+    spread: [85.5, 0.41],
 };
 
 static C: [f64; 15] = [

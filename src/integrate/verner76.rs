@@ -21,6 +21,7 @@ pub static VERNER76: Tableau = Tableau {
     b_low: &B_LOW,
     b_hat: &B_HAT,
     interpolant: Interpolant { order: 7, weights: &WEIGHTS },
+    spread: [0.6, 0.74],
 };
 
 static C: [f64; 21] = [

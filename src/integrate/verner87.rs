@@ -21,6 +21,7 @@ pub static VERNER87: Tableau = Tableau {
     b_low: &B_LOW,
     b_hat: &B_HAT,
     interpolant: Interpolant { order: 8, weights: &WEIGHTS },
+    spread: [29.2, 0.108],
 };
 
 static C: [f64; 29] = [

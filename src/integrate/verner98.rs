@@ -18,6 +18,7 @@ pub static VERNER98: Tableau = Tableau {
     b_low: &B_LOW,
     b_hat: &B_HAT,
     interpolant: Interpolant { order: 9, weights: &WEIGHTS },
+    spread: [0.82, 0.253],
 };
 
 static C: [f64; 26] = [

@@ -1,12 +1,13 @@
 //! What a run watches for.
 
+use super::listening::Listener;
 use super::systems::PyState;
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::trajectory::Condition;
 use pyo3::prelude::*;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// The condition of an event; bodies by their place in the system.
 #[pyclass(frozen, name = "Condition", module = "fullbody._core")]
@@ -21,12 +22,9 @@ pub enum PyCondition {
     Function { f: Py<PyAny> },
 }
 
-/// The first exception that a caller's function raised in a run.
-pub type Raised = Arc<Mutex<Option<PyErr>>>;
-
 impl PyCondition {
-    /// The condition as the core has it. The first exception of a function goes to `raised`.
-    pub fn condition(&self, py: Python<'_>, raised: &Raised) -> Condition<'static> {
+    /// The condition as the core has it. The first exception of a function goes to `listener`.
+    pub fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
             Self::Contact { first, second } => Condition::Contact { first, second },
@@ -38,24 +36,17 @@ impl PyCondition {
             Self::Escape { first, second, distance } => Condition::Escape { first, second, distance },
             Self::Alignment { body, other } => Condition::Alignment { body, other },
             Self::Function { ref f } => {
-                let (f, raised) = (f.clone_ref(py), raised.clone());
+                let (f, listener) = (f.clone_ref(py), listener.clone());
                 Condition::Function(Box::new(move |state: &State| {
                     let value = Python::attach(|py| {
                         f.call1(py, (PyState { inner: state.clone() },))?.extract::<f64>(py)
                     });
                     value.map_err(|error| {
-                        keep(&raised, error);
+                        listener.keep(error);
                         Error::invalid("value of an event's function", "an exception", "a number")
                     })
                 }))
             }
         }
-    }
-}
-
-/// Keeps an exception, if it is the first of the run.
-pub fn keep(raised: &Raised, error: PyErr) {
-    if let Ok(mut slot) = raised.lock() {
-        slot.get_or_insert(error);
     }
 }

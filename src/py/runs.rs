@@ -2,17 +2,18 @@
 
 use super::arrays::array;
 use super::descriptions::{from_python, to_python};
-use super::events::{PyCondition, Raised, keep};
+use super::events::PyCondition;
+use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::integrate::Tolerance;
 use crate::math::Vec3;
 use crate::trajectory::{Dense, Event, Output, Progress, Run, Simulation, StopReason, Trajectory};
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 type RuleRow = (usize, usize, usize, usize, (usize, usize));
@@ -27,13 +28,17 @@ pub struct PySimulation {
 #[pymethods]
 impl PySimulation {
     #[new]
+    #[allow(clippy::too_many_arguments)]
     fn new(
+        py: Python<'_>,
         system: &PySystem,
         state: &PyState,
         integrator: &Bound<'_, PyDict>,
         notes: String,
     ) -> PyResult<Self> {
-        let mut inner = Simulation::new(&system.inner, &state.inner, from_python(integrator)?)?;
+        let integrator = from_python(integrator)?;
+        let (system, state) = (&system.inner, &state.inner);
+        let mut inner = listening(py, |patience| Simulation::begin(system, state, integrator, patience))?;
         inner.notes = notes;
         Ok(Self { inner })
     }
@@ -78,12 +83,12 @@ impl PySimulation {
 
     /// The same at the present state.
     #[getter]
-    fn invariants(&mut self) -> [f64; 8] {
-        self.inner.invariants().numbers()
+    fn invariants(&mut self, py: Python<'_>) -> PyResult<[f64; 8]> {
+        listening(py, |patience| Ok(self.inner.invariants(patience)?.numbers()))
     }
 
-    fn set_state(&mut self, state: &PyState) -> Result<(), Error> {
-        self.inner.set_state(&state.inner)
+    fn set_state(&mut self, py: Python<'_>, state: &PyState) -> PyResult<()> {
+        listening(py, |patience| self.inner.set_state(&state.inner, patience))
     }
 
     /// Accepted steps, rejected attempts, evaluations.
@@ -104,34 +109,34 @@ impl PySimulation {
         self.inner.dynamics().pairs().filter_map(rule).collect()
     }
 
-    fn step(&mut self, py: Python<'_>, end: f64) -> Result<(), Error> {
-        py.detach(|| self.inner.step(end))
+    fn step(&mut self, py: Python<'_>, end: f64) -> PyResult<()> {
+        listening(py, |patience| self.inner.step(end, patience))
     }
 
     /// Runs to a time; gives the record and the error that cut it short, if any.
     ///
-    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C, to call `progress(start, time, end)` and, every
-    /// `autosave[0]` seconds, `autosave[1](bytes)`. Event functions take it while they run.
+    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C and, between steps, to call
+    /// `progress(start, time, end)` and, every `autosave[0]` seconds, `autosave[1](bytes)`. Event functions take it while they run.
     #[allow(clippy::too_many_arguments)]
     fn integrate<'py>(
         &mut self,
         py: Python<'py>,
         until: f64,
         spacing: Option<f64>,
-        times: Option<Vec<f64>>,
+        times: Option<PyReadonlyArray1<'py, f64>>,
         events: Vec<(Bound<'py, PyCondition>, i8, bool)>,
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = match (spacing, times) {
-            (_, Some(times)) => Output::Times(times),
+            (_, Some(times)) => Output::Times(times.as_array().to_vec()),
             (Some(spacing), None) => Output::Spacing(spacing),
             (None, None) => Output::Steps,
         };
-        let raised = Raised::default();
+        let listener = Arc::new(Listener::default());
         let watch = |(condition, direction, terminal): &(Bound<'py, PyCondition>, i8, bool)| Event {
-            condition: condition.get().condition(py, &raised),
+            condition: condition.get().condition(py, &listener),
             direction: *direction,
             terminal: *terminal,
         };
@@ -139,9 +144,9 @@ impl PySimulation {
         let mut record = Trajectory::new(self.inner.state().bodies());
         let mut saved = Instant::now();
         let outcome = py.detach(|| {
-            let mut hook = |simulation: &Simulation, p: Progress| {
-                let called = Python::attach(|py| {
-                    py.check_signals()?;
+            let mut hook = |simulation: Option<&Simulation>, p: Progress| {
+                listener.ask(|py| {
+                    let Some(simulation) = simulation else { return Ok(()) };
                     if let Some(progress) = &progress {
                         progress.call1(py, (p.start, p.time, p.end))?;
                     }
@@ -153,21 +158,13 @@ impl PySimulation {
                         }
                         _ => Ok(()),
                     }
-                });
-                match called {
-                    Ok(()) => ControlFlow::Continue(()),
-                    Err(error) => {
-                        keep(&raised, error);
-                        ControlFlow::Break(())
-                    }
-                }
+                })
             };
             let run = Run { output: &output, events: &mut watched, dense };
             self.inner.run(until, run, &mut record, &mut hook)
         });
         drop(watched);
-        let first = raised.lock().ok().and_then(|mut slot| slot.take());
-        let error = outcome.err().map(|error| first.unwrap_or_else(|| PyErr::from(error)));
+        let error = outcome.err().map(|error| listener.explain(error));
         Ok((arrays(py, record)?, error))
     }
 }
@@ -197,8 +194,13 @@ impl PyDense {
     }
 
     /// Positions, velocities, attitudes and spins at times (K,).
-    fn states<'py>(&self, py: Python<'py>, times: Vec<f64>) -> PyResult<Bound<'py, PyDict>> {
-        let states = self.inner.states(&times)?;
+    fn states<'py>(
+        &self,
+        py: Python<'py>,
+        times: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let times = times.as_array().to_vec();
+        let states = listening(py, |patience| self.inner.states(&times, patience))?;
         let (k, n) = (states.len(), states.first().map_or(0, State::bodies));
         let vectors = |f: fn(&State) -> &Vec<Vec3>| {
             states.iter().flat_map(|s| f(s).iter().flat_map(|v| [v.x, v.y, v.z])).collect::<Vec<f64>>()

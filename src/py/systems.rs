@@ -3,6 +3,7 @@
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::descriptions::{from_python, to_python};
+use super::listening::listening;
 use super::rotations::matrices;
 use crate::dynamics::{State, System};
 use crate::error::Error;
@@ -123,22 +124,22 @@ impl PySystem {
 
     /// Force (N, 3), torque (N, 3), potential energy.
     fn interactions<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>, f64)> {
-        let result = py.detach(|| self.inner.interactions(&state.inner))?;
+        let result = listening(py, |patience| self.inner.interactions(&state.inner, patience))?;
         Ok((from_vectors(py, &result.force)?, from_vectors(py, &result.torque)?, result.potential_energy))
     }
 
     /// Total, translational, rotational, potential.
     fn energy(&self, py: Python<'_>, state: &PyState) -> PyResult<[f64; 4]> {
-        let e = py.detach(|| self.inner.energy(&state.inner))?;
+        let e = listening(py, |patience| self.inner.energy(&state.inner, patience))?;
         Ok([e.total, e.translational, e.rotational, e.potential])
     }
 
     fn momentum<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
-        vector(py, self.inner.momentum(&state.inner)?)
+        vector(py, listening(py, |patience| self.inner.momentum(&state.inner, patience))?)
     }
 
     fn angular_momentum<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
-        vector(py, self.inner.angular_momentum(&state.inner)?)
+        vector(py, listening(py, |patience| self.inner.angular_momentum(&state.inner, patience))?)
     }
 }
 

@@ -5,9 +5,11 @@
 
 mod contact;
 mod ellipsoid;
+mod plane;
 
 pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
+pub use plane::{normal, support};
 
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;

@@ -17,6 +17,7 @@ use super::mover::Mover;
 use super::{Integrator, Simulation};
 use crate::dynamics::{BarycentricFrame, Invariants, Settings, System};
 use crate::error::{Error, Result};
+use crate::patience::Patience;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -192,7 +193,7 @@ impl Contents {
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
         let (time, high, low) = self.now.place();
-        let mut motion = Motion::new(system.dynamics(), high);
+        let mut motion = Motion::new(system.dynamics(&mut Patience::endless())?, high);
         motion.initial = self.start.scales;
         let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {

@@ -3,6 +3,7 @@
 use crate::dynamics::{BarycentricFrame, State};
 use crate::error::{Error, Result};
 use crate::integrate::Segment;
+use crate::patience::Patience;
 
 /// The solution at any time of a run.
 ///
@@ -66,8 +67,12 @@ impl Dense {
     }
 
     /// The states at many times, in any order.
-    pub fn states(&self, times: &[f64]) -> Result<Vec<State>> {
-        times.iter().map(|&time| self.state(time)).collect()
+    pub fn states(&self, times: &[f64], patience: &mut Patience) -> Result<Vec<State>> {
+        let state = |&time: &f64| {
+            patience.spend(self.frame.layout.dimension() as u64, time)?;
+            self.state(time)
+        };
+        times.iter().map(state).collect()
     }
 }
 

@@ -3,9 +3,11 @@
 //! Takes a system, a state and an integrator; gives a [`Trajectory`]: samples with energies and angular momenta, events, the
 //! continuous solution. The one room where physics and integrator meet.
 
+mod approach;
 mod archive;
 mod checkpoint;
 mod dense;
+mod encounter;
 mod events;
 mod integrator;
 mod motion;

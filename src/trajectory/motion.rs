@@ -1,24 +1,28 @@
 //! The equations of motion as the integrators see them.
 
+use super::approach::Approach;
 use crate::dynamics::{Dynamics, Splitting};
 use crate::error::Result;
 use crate::integrate::{Equations, Flows, Tolerance};
+use crate::patience::Patience;
 use pulp::Arch;
 
-/// The equations, and what errors are measured against.
+/// The equations, what errors are measured against, and who watches for overlaps.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     pub equations: Dynamics,
     /// Scales at the start, per body: position, velocity, spin.
     pub initial: Vec<[f64; 3]>,
     present: Vec<[f64; 3]>,
+    pub approach: Approach,
 }
 
 impl Motion {
     pub fn new(equations: Dynamics, y: &[f64]) -> Self {
         let mut initial = vec![[0.0; 3]; equations.layout().bodies];
         equations.scales(y, &mut initial);
-        Self { equations, present: initial.clone(), initial }
+        let approach = Approach::new(equations.system());
+        Self { equations, present: initial.clone(), initial, approach }
     }
 }
 
@@ -27,17 +31,26 @@ impl Equations for Motion {
         self.equations.system().arch()
     }
 
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
-        self.equations.prepare(time, y, step)
+    fn parts(&self) -> usize {
+        self.equations.parts()
+    }
+
+    fn work(&self) -> u64 {
+        self.equations.work()
+    }
+
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
+        self.equations.prepare(time, y, step, patience)
     }
 
     fn derivative(
         &mut self,
+        part: usize,
         _time: f64,
         y: &[f64],
         rate: &mut [f64],
     ) -> std::result::Result<(), &'static str> {
-        self.equations.derivative(y, rate).map_err(|rejected| rejected.0)
+        self.equations.derivative(part, y, rate).map_err(|rejected| rejected.0)
     }
 
     /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths
@@ -75,26 +88,17 @@ pub(super) struct SplitMotion<'a> {
 }
 
 impl Flows for SplitMotion<'_> {
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
-        self.equations.prepare(time, y, step)
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
+        self.splitting.begin(time, step);
+        self.equations.prepare(time, y, step, patience)
     }
 
-    fn drift(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-    ) -> std::result::Result<(), &'static str> {
-        self.splitting.drift(self.equations, size, high, low)
+    fn drift(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<()> {
+        self.splitting.drift(self.equations, size, high, low, patience)
     }
 
-    fn kick(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-    ) -> std::result::Result<u64, &'static str> {
-        self.splitting.kick(self.equations, size, high, low)
+    fn kick(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<u64> {
+        self.splitting.kick(self.equations, size, high, low, patience)
     }
 
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]) {

@@ -1,13 +1,18 @@
 //! What carries a simulation from step to step: a Runge-Kutta pair or a composition of flows. Both answer the same calls.
 
+use super::approach::Contact;
 use super::integrator::{Integrator, Steps};
 use super::motion::{Motion, SplitMotion};
 use crate::dynamics::Splitting;
 use crate::error::{Error, Result, require_positive};
 use crate::integrate::{FixedStepper, Memory, Segment, Statistics, Stepper, Tolerance, VERNER98};
+use crate::patience::Patience;
 
 /// Tolerance of the integration that fills in the time between the ends of a fixed step.
 const BRIDGE_TOLERANCE: f64 = 1e-12;
+
+/// Most steps of such a run: more would take memory by the gigabyte.
+const MOST_PIECES: usize = 4096;
 
 #[derive(Debug, Clone)]
 pub(super) enum Mover {
@@ -24,6 +29,10 @@ pub(super) struct Fixed {
     /// Whether `pieces` are those of the last step.
     formed: bool,
     pieces: Vec<Segment>,
+    /// The contact with which they end.
+    met: Option<Contact>,
+    /// Whether the last step was not taken because bodies meet in it.
+    blocked: bool,
 }
 
 /// The integration by Verner 9(8) from the start of the last step to its end.
@@ -57,6 +66,8 @@ impl Mover {
                     bridge: None,
                     formed: false,
                     pieces: Vec::new(),
+                    met: None,
+                    blocked: false,
                 }))
             }
         })
@@ -96,23 +107,90 @@ impl Mover {
         }
     }
 
-    pub fn step(&mut self, motion: &mut Motion, end: f64) -> Result<()> {
+    /// One step towards `end`. A step that bodies in each other's way keep from being taken is left to [`Self::contact`].
+    pub fn step(&mut self, motion: &mut Motion, end: f64, patience: &mut Patience) -> Result<()> {
         match self {
-            Self::Adaptive(stepper) => stepper.step(motion, end),
+            Self::Adaptive(stepper) => stepper.step(motion, end, patience),
             Self::Fixed(fixed) => {
-                fixed.formed = false;
+                (fixed.formed, fixed.blocked, fixed.met) = (false, false, None);
                 let mut flows =
                     SplitMotion { equations: &mut motion.equations, splitting: &mut fixed.splitting };
-                fixed.stepper.step(&mut flows, end)
+                let Err(error) = fixed.stepper.step(&mut flows, end, patience) else { return Ok(()) };
+                fixed.splitting.reset();
+                if !matches!(error, Error::NotConverged { .. }) {
+                    return Err(error);
+                }
+                let (start, ..) = fixed.stepper.last();
+                match fixed.cross(motion, start.value() + fixed.stepper.last_size(), patience) {
+                    Err(interrupted @ Error::Interrupted { .. }) => Err(interrupted),
+                    Ok(()) if fixed.met.is_some() => {
+                        (fixed.formed, fixed.blocked) = (true, true);
+                        Ok(())
+                    }
+                    _ => Err(error),
+                }
             }
         }
     }
 
-    /// The last step as polynomials, one after the other.
-    pub fn pieces(&mut self, motion: &mut Motion) -> Result<&[Segment]> {
+    /// The first contact in the last step. `looked` says that the step is to be looked into for other reasons as well.
+    pub fn contact(
+        &mut self,
+        motion: &mut Motion,
+        looked: bool,
+        patience: &mut Patience,
+    ) -> Result<Option<Contact>> {
+        let layout = motion.equations.layout();
         match self {
-            Self::Adaptive(stepper) => Ok(std::slice::from_ref(stepper.segment(motion)?)),
-            Self::Fixed(fixed) => fixed.pieces(motion),
+            Self::Adaptive(stepper) => {
+                if !looked && motion.approach.excludes(layout, &stepper.last()) {
+                    return Ok(None);
+                }
+                let piece = stepper.segment(motion, patience)?;
+                motion.approach.search(layout, piece, 0, patience)
+            }
+            Self::Fixed(fixed) => {
+                let ((_, start, _), (end, _)) = (fixed.stepper.last(), fixed.stepper.vector());
+                let size = fixed.stepper.last_size();
+                let excluded = !fixed.blocked && motion.approach.excludes_between(layout, start, end, size);
+                if !fixed.formed && (looked || !excluded) {
+                    fixed.form(motion, patience)?;
+                }
+                Ok(fixed.met)
+            }
+        }
+    }
+
+    /// The last step as polynomials, one after the other, up to the one in which bodies meet; of a step that was looked into.
+    pub fn pieces(&self) -> &[Segment] {
+        match self {
+            Self::Adaptive(stepper) => std::slice::from_ref(stepper.piece()),
+            Self::Fixed(fixed) => &fixed.pieces,
+        }
+    }
+
+    /// Takes the last step back.
+    pub fn retreat(&mut self) {
+        match self {
+            Self::Adaptive(stepper) => stepper.retreat(),
+            Self::Fixed(fixed) => {
+                fixed.splitting.reset();
+                if !fixed.blocked {
+                    fixed.stepper.retreat();
+                }
+            }
+        }
+    }
+
+    /// Takes a step back whose inside cannot be had for this error, and plans it shorter; gives the error back where that does not
+    /// help.
+    pub fn shorten(&mut self, error: Error) -> Result<()> {
+        match (self, error) {
+            (Self::Adaptive(stepper), Error::StepSizeTooSmall { reason, .. }) => stepper.shorten(&reason),
+            (mover, error) => {
+                mover.retreat();
+                Err(error)
+            }
         }
     }
 
@@ -151,12 +229,32 @@ impl Mover {
 }
 
 impl Fixed {
-    /// The last step as polynomials. The bridge misses the end of the step by the step's own error; that difference is spread over
-    /// the step in proportion to the time, so that the error inside is that of the step itself.
-    fn pieces(&mut self, motion: &Motion) -> Result<&[Segment]> {
-        if self.formed {
-            return Ok(&self.pieces);
+    /// The pieces of the last step. What the run across it misses of its end is spread over it, in proportion to the time: the error
+    /// inside is then that of the step itself. Where bodies meet on the way the pieces end.
+    fn form(&mut self, motion: &mut Motion, patience: &mut Patience) -> Result<()> {
+        let (start, ..) = self.stepper.last();
+        let end = self.stepper.time();
+        self.cross(motion, end, patience)?;
+        self.formed = true;
+        let (Some(bridge), None) = (&self.bridge, self.met) else { return Ok(()) };
+        let ((high, low), (reached, tail)) = (self.stepper.vector(), bridge.stepper.vector());
+        let missed: Vec<f64> = (0..high.len()).map(|k| (high[k] - reached[k]) + (low[k] - tail[k])).collect();
+        let size = (end - start.high) - start.low;
+        let mut from = 0.0;
+        for (index, piece) in self.pieces.iter_mut().enumerate() {
+            let to = from + piece.size() / size;
+            piece.tilt(from, to, &missed);
+            from = to;
+            if self.met.is_none() {
+                let layout = motion.equations.layout();
+                self.met = motion.approach.search(layout, piece, index, patience)?;
+            }
         }
+        Ok(())
+    }
+
+    /// Verner 9(8) at a tight tolerance from the last step's start to a time, or to where bodies meet before that.
+    fn cross(&mut self, motion: &Motion, end: f64, patience: &mut Patience) -> Result<()> {
         let (start, high, low) = self.stepper.last();
         let bridge = match &mut self.bridge {
             Some(bridge) => bridge,
@@ -166,27 +264,34 @@ impl Fixed {
                 self.bridge.insert(Bridge { motion: motion.clone(), stepper })
             }
         };
-        let end = self.stepper.time();
         let size = (end - start.high) - start.low;
         bridge.motion.equations.copy_rules(&motion.equations);
         // One piece is enough for most steps, and its error shortens the others.
         bridge.stepper.restart(start, high, low, size);
         let evaluations = bridge.stepper.statistics().evaluations;
+        let layout = motion.equations.layout();
         self.pieces.clear();
-        while bridge.stepper.time() != end {
-            bridge.stepper.step(&mut bridge.motion, end)?;
-            self.pieces.push(bridge.stepper.segment(&mut bridge.motion)?.clone());
-        }
-        let ((high, low), (reached, tail)) = (self.stepper.vector(), bridge.stepper.vector());
-        let missed: Vec<f64> = (0..high.len()).map(|k| (high[k] - reached[k]) + (low[k] - tail[k])).collect();
-        let mut from = 0.0;
-        for piece in &mut self.pieces {
-            let to = from + piece.size() / size;
-            piece.tilt(from, to, &missed);
-            from = to;
+        self.met = None;
+        while bridge.stepper.time() != end && self.met.is_none() {
+            let index = self.pieces.len();
+            if index == MOST_PIECES {
+                return Err(Error::NotConverged {
+                    what: format!(
+                        "the motion within a step of size {:e} at time {}",
+                        end - start.value(),
+                        start.value()
+                    ),
+                    detail: format!(
+                        "it takes more than {MOST_PIECES} steps of Verner 9(8); use a shorter step"
+                    ),
+                });
+            }
+            bridge.stepper.step(&mut bridge.motion, end, patience)?;
+            let piece = bridge.stepper.segment(&mut bridge.motion, patience)?;
+            self.met = bridge.motion.approach.search(layout, piece, index, patience)?;
+            self.pieces.push(piece.clone());
         }
         self.stepper.count(bridge.stepper.statistics().evaluations - evaluations);
-        self.formed = true;
-        Ok(&self.pieces)
+        Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! At which times a run is recorded.
 
 use crate::error::{Error, Result, require_finite};
+use std::cmp::Ordering;
 
 /// At which times a run is recorded.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,13 +17,24 @@ pub enum Output {
 /// The times that are still to be recorded.
 pub(super) enum Times<'a> {
     Steps,
-    List { times: std::borrow::Cow<'a, [f64]>, next: usize, forward: bool },
+    /// Multiples of a step from the start that are well before the end, and the end.
+    Spaced {
+        start: f64,
+        step: f64,
+        end: f64,
+        next: u64,
+        count: u64,
+    },
+    List {
+        times: &'a [f64],
+        next: usize,
+        forward: bool,
+    },
 }
 
 impl<'a> Times<'a> {
     pub fn new(start: f64, until: f64, output: &'a Output) -> Result<Self> {
         let forward = until >= start;
-        let list = |times| Ok(Self::List { times, next: 0, forward });
         match output {
             Output::Steps => Ok(Self::Steps),
             Output::Spacing(spacing) => {
@@ -35,11 +47,12 @@ impl<'a> Times<'a> {
                 }
                 // Multiples, not sums, and the end itself rather than something beside it.
                 let step = spacing.abs().copysign(until - start);
-                let inner = (0..=count as u64).map(|k| start + k as f64 * step);
-                let mut times: Vec<f64> =
-                    inner.filter(|t| (until - t).abs() > 1e-9 * spacing.abs()).collect();
-                times.push(until);
-                list(times.into())
+                let mut count = count as u64 + 1;
+                while count > 0 && (until - (start + (count - 1) as f64 * step)).abs() <= 1e-9 * spacing.abs()
+                {
+                    count -= 1;
+                }
+                Ok(Self::Spaced { start, step, end: until, next: 0, count })
             }
             Output::Times(times) => {
                 require_finite("output", times)?;
@@ -55,32 +68,55 @@ impl<'a> Times<'a> {
                         "times in the direction of the run, none twice",
                     ));
                 }
-                list(times.as_slice().into())
+                Ok(Self::List { times, next: 0, forward })
             }
         }
     }
 
-    /// The next time that lies before `now`.
+    /// The next time, if it lies before `now`.
+    pub fn pending(&self, now: f64) -> Option<f64> {
+        let time = self.next()?;
+        let forward = match self {
+            Self::Spaced { step, .. } => *step >= 0.0,
+            Self::List { forward, .. } => *forward,
+            Self::Steps => return None,
+        };
+        (if forward { time < now } else { time > now }).then_some(time)
+    }
+
+    /// The same, taken off.
     pub fn before(&mut self, now: f64) -> Option<f64> {
-        let Self::List { times, next, forward } = self else { return None };
-        let time = *times.get(*next)?;
-        if if *forward { time < now } else { time > now } {
-            *next += 1;
-            Some(time)
-        } else {
-            None
-        }
+        let time = self.pending(now)?;
+        self.skip();
+        Some(time)
     }
 
     /// Whether `now` itself is to be recorded.
     pub fn due(&mut self, now: f64) -> bool {
+        let due = matches!(self, Self::Steps) || self.next() == Some(now);
+        if due {
+            self.skip();
+        }
+        due
+    }
+
+    fn next(&self) -> Option<f64> {
         match self {
-            Self::Steps => true,
-            Self::List { times, next, .. } => {
-                let due = times.get(*next) == Some(&now);
-                *next += usize::from(due);
-                due
-            }
+            Self::Steps => None,
+            Self::Spaced { start, step, end, next, count } => match next.cmp(count) {
+                Ordering::Less => Some(start + *next as f64 * step),
+                Ordering::Equal => Some(*end),
+                Ordering::Greater => None,
+            },
+            Self::List { times, next, .. } => times.get(*next).copied(),
+        }
+    }
+
+    fn skip(&mut self) {
+        match self {
+            Self::Steps => {}
+            Self::Spaced { next, .. } => *next += 1,
+            Self::List { next, .. } => *next += 1,
         }
     }
 }

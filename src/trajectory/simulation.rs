@@ -1,5 +1,6 @@
 //! The stepping object: a system, where it is, and the integrator that moves it.
 
+use super::approach::Contact;
 use super::dense::{piece_at, state_within};
 use super::events::Watch;
 use super::motion::Motion;
@@ -9,11 +10,12 @@ use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
 use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
+use crate::patience::{HOOK_INTERVAL, Patience, UNITS};
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// How often the hook is called, at most.
-const HOOK_INTERVAL: Duration = Duration::from_millis(50);
+/// Units of work of evaluations between looks at the clock from step to step.
+const LOOK: u64 = UNITS / 32;
 
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,12 +57,22 @@ pub struct Simulation {
 impl Simulation {
     /// Checks the state against the system.
     pub fn new(system: &System, state: &State, integrator: Integrator) -> Result<Self> {
-        system.check(state)?;
+        Self::begin(system, state, integrator, &mut Patience::endless())
+    }
+
+    /// The same for a caller who may not want to wait: systems of very many bodies take seconds.
+    pub fn begin(
+        system: &System,
+        state: &State,
+        integrator: Integrator,
+        patience: &mut Patience,
+    ) -> Result<Self> {
+        system.check(state, patience)?;
         let (frame, high, low) = BarycentricFrame::new(system.layout(), &system.masses(), state);
-        let mut motion = Motion::new(system.dynamics(), &high);
-        motion.prepare(state.time, &high, 0.0)?;
+        let mut motion = Motion::new(system.dynamics(patience)?, &high);
+        motion.prepare(state.time, &high, 0.0, patience)?;
         // What overflows is refused here: no step could be measured against it.
-        let energy = motion.equations.energy(&high, &state.velocity);
+        let energy = motion.equations.energy(state.time, &high, &state.velocity, patience)?;
         system.check_range(&energy)?;
         let angular_momentum = motion.equations.angular_momentum(&frame, &high);
         let start = Invariants { time: state.time, energy, angular_momentum };
@@ -90,8 +102,8 @@ impl Simulation {
     }
 
     /// Starts anew from another state; counts start anew too.
-    pub fn set_state(&mut self, state: &State) -> Result<()> {
-        let fresh = Self::new(self.system(), state, self.integrator)?;
+    pub fn set_state(&mut self, state: &State, patience: &mut Patience) -> Result<()> {
+        let fresh = Self::begin(self.system(), state, self.integrator, patience)?;
         *self = Self { notes: std::mem::take(&mut self.notes), ..fresh };
         Ok(())
     }
@@ -102,10 +114,10 @@ impl Simulation {
     }
 
     /// What is conserved, at the present state.
-    pub fn invariants(&mut self) -> Invariants {
+    pub fn invariants(&mut self, patience: &mut Patience) -> Result<Invariants> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
-        self.invariants_of(&high, &state)
+        self.invariants_of(&high, &state, patience)
     }
 
     /// Counts since the start.
@@ -119,16 +131,42 @@ impl Simulation {
     }
 
     /// One accepted step towards `end`, never beyond it.
-    pub fn step(&mut self, end: f64) -> Result<()> {
-        self.mover.step(&mut self.motion, end)?;
-        self.given = false;
-        Ok(())
+    pub fn step(&mut self, end: f64, patience: &mut Patience) -> Result<()> {
+        match self.advance(end, |_| false, patience)? {
+            None => Ok(()),
+            Some(contact) => {
+                self.mover.retreat();
+                Err(contact.error(self.system()))
+            }
+        }
+    }
+
+    /// One step, and the first contact in it. `looked` tells of a step's end whether the step is to be
+    /// looked into for other reasons as well.
+    fn advance(
+        &mut self,
+        end: f64,
+        looked: impl Fn(f64) -> bool,
+        patience: &mut Patience,
+    ) -> Result<Option<Contact>> {
+        loop {
+            self.mover.step(&mut self.motion, end, patience)?;
+            let looked = looked(self.time());
+            match self.mover.contact(&mut self.motion, looked, patience) {
+                Ok(contact) => {
+                    self.given &= contact.is_some();
+                    return Ok(contact);
+                }
+                Err(error) => self.mover.shorten(error)?,
+            }
+        }
     }
 
     /// Moves to `until`, forwards or backwards, and records into `record`.
     ///
     /// On an error the record keeps what there was up to it, and the simulation stays at the end of the last step that is
-    /// recorded whole. The hook is called between steps, at most every 50 ms, and stops the run by [`ControlFlow::Break`].
+    /// recorded whole; where two bodies meet, that is the last one before their contact. The hook is called at the start, about every
+    /// 50 ms, also within steps that take longer, and at the end, and stops the run by [`ControlFlow::Break`].
     pub fn integrate(
         &mut self,
         until: f64,
@@ -144,14 +182,35 @@ impl Simulation {
     ///
     /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and what was recorded
     /// before is as without it. A zero at a state that was given, by the caller or by a terminal event, is not an event, so
-    /// that a run goes on from one. The hook also sees the simulation between two steps, for an archive of it.
+    /// that a run goes on from one. Between two steps the hook also sees the simulation, for an archive of it.
     pub fn run(
         &mut self,
         until: f64,
         run: Run,
         record: &mut Trajectory,
-        hook: &mut dyn FnMut(&Self, Progress) -> ControlFlow<()>,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
+        let start = self.time();
+        let outcome = self.follow(until, run, record, hook).and_then(|reason| {
+            let time = self.time();
+            let last = hook(Some(self), Progress { start, time, end: until });
+            if last.is_break() { Err(Error::Interrupted { time }) } else { Ok(reason) }
+        });
+        record.stop_reason = match &outcome {
+            Ok(reason) => *reason,
+            Err(Error::Interrupted { .. }) => StopReason::Interrupted,
+            Err(_) => StopReason::Unfinished,
+        };
+        outcome.map(drop)
+    }
+
+    fn follow(
+        &mut self,
+        until: f64,
+        run: Run,
+        record: &mut Trajectory,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
+    ) -> Result<StopReason> {
         require_finite("until", &[until])?;
         self.mover.check_reach(until)?;
         let Run { output, events, dense } = run;
@@ -159,22 +218,32 @@ impl Simulation {
         let mut times = Times::new(start, until, output)?;
         let mut watch = Watch::new(self.system(), &self.frame, events, self.given)?;
         let mut sample = vec![0.0; self.frame.layout.dimension()];
-        record.stop_reason = StopReason::Unfinished;
-        let conserved = self.invariants();
-        record.start.get_or_insert(conserved);
         if dense {
             record.dense = Some(Dense::new(&self.frame, self.state()));
         }
-        if times.due(start) {
-            self.record_present(record);
+        if hook(Some(self), Progress { start, time: start, end: until }).is_break() {
+            return Err(Error::Interrupted { time: start });
         }
-        let mut called = Instant::now();
+        let (mut called, mut unseen) = (Instant::now(), 0);
+        {
+            let mut inside = || hook(None, Progress { start, time: start, end: until });
+            let patience = &mut Patience::since(called, &mut inside);
+            let conserved = self.invariants(patience)?;
+            record.start.get_or_insert(conserved);
+            if times.due(start) {
+                self.record_present(record, patience)?;
+            }
+        }
         while self.time() != until {
-            let mut stop = None;
-            if dense || !events.is_empty() {
+            let time = self.time();
+            let mut inside = || hook(None, Progress { start, time, end: until });
+            let patience = &mut Patience::since(called, &mut inside);
+            let watched = dense || !events.is_empty();
+            let (stop, contact);
+            if watched {
                 let (before, known) = (self.checkpoint(), record.events.len());
-                self.step(until)?;
-                stop = match self.look_inside(&mut watch, events, record) {
+                contact = self.advance(until, |_| true, patience)?;
+                stop = match self.look_inside(contact, &mut watch, events, record, patience) {
                     Ok(stop) => stop,
                     Err(error) => {
                         // The step is taken back with all that was found in it: a run that goes on misses nothing.
@@ -184,75 +253,98 @@ impl Simulation {
                     }
                 };
             } else {
-                self.step(until)?;
+                stop = None;
+                contact = self.advance(until, |now| times.pending(now).is_some(), patience)?;
             }
             let now = self.time();
-            let reached = stop.map_or(now, |(_, time)| time);
+            let met = contact.map_or(now, |contact| contact.time);
+            let reached = stop.map_or(met, |(_, time)| time);
             while let Some(time) = times.before(reached) {
-                let pieces = self.mover.pieces(&mut self.motion)?;
-                let state =
-                    state_within(&self.frame, piece_at(pieces, time, until >= start), time, &mut sample);
-                self.record_state(record, &sample, &state);
+                let piece = piece_at(self.mover.pieces(), time, until >= start);
+                let state = state_within(&self.frame, piece, time, &mut sample);
+                self.record_state(record, &sample, &state, patience)?;
             }
             if let Some((event, time)) = stop {
                 self.mover.place(time, watch.vector());
                 self.given = true;
-                self.record_present(record);
-                record.stop_reason = StopReason::Event(event);
-                return Ok(());
+                self.record_present(record, patience)?;
+                return Ok(StopReason::Event(event));
+            }
+            if let Some(contact) = contact {
+                self.mover.retreat();
+                return Err(contact.error(self.system()));
             }
             if times.due(now) {
-                self.record_present(record);
+                self.record_present(record, patience)?;
             }
-            if called.elapsed() >= HOOK_INTERVAL {
+            // The clock is read after many quick steps.
+            unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
+            let look = watched || unseen >= LOOK;
+            unseen = if look { 0 } else { unseen };
+            if look && called.elapsed() >= HOOK_INTERVAL {
                 called = Instant::now();
-                if hook(self, Progress { start, time: now, end: until }).is_break() {
-                    record.stop_reason = StopReason::Interrupted;
+                if hook(Some(self), Progress { start, time: now, end: until }).is_break() {
                     return Err(Error::Interrupted { time: now });
                 }
             }
         }
-        record.stop_reason = StopReason::End;
-        Ok(())
+        Ok(StopReason::End)
     }
 
-    /// The events and the continuous solution in the last step, up to the first terminal event: its place in the list and its
-    /// time.
+    /// The events and the continuous solution in the last step, up to the first terminal event, whose place in the list and time
+    /// are given, or to where bodies meet.
     fn look_inside(
         &mut self,
+        contact: Option<Contact>,
         watch: &mut Watch,
         events: &mut [Event],
         record: &mut Trajectory,
+        patience: &mut Patience,
     ) -> Result<Option<(usize, f64)>> {
         let present = record.dense.is_some().then(|| self.state());
         let (now, vector) = (self.time(), self.mover.vector().0.to_vec());
-        let pieces = self.mover.pieces(&mut self.motion)?;
+        let pieces = self.mover.pieces();
         let mut stop = None;
         if !events.is_empty() {
-            let system = self.motion.equations.system();
-            stop = watch.scan(system, &self.frame, pieces, (now, &vector), events, &mut record.events)?;
+            let (system, end) = (self.motion.equations.system(), (now, vector.as_slice()));
+            let found = &mut record.events;
+            stop = watch.scan(system, &self.frame, pieces, end, contact, events, found, patience)?;
         }
         if let (Some(solution), Some(present)) = (&mut record.dense, present) {
-            let last = record.events.last().filter(|_| stop.is_some());
-            solution.extend(pieces, last.map_or(present, |last| last.state.clone()));
+            let last = match (record.events.last().filter(|_| stop.is_some()), contact) {
+                (Some(last), _) => last.state.clone(),
+                (None, Some(met)) => {
+                    let mut y = vec![0.0; vector.len()];
+                    state_within(&self.frame, &pieces[met.piece], met.time, &mut y)
+                }
+                (None, None) => present,
+            };
+            solution.extend(pieces, last);
         }
         Ok(stop)
     }
 
-    fn record_present(&mut self, record: &mut Trajectory) {
+    fn record_present(&mut self, record: &mut Trajectory, patience: &mut Patience) -> Result<()> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
-        self.record_state(record, &high, &state);
+        self.record_state(record, &high, &state, patience)
     }
 
-    fn record_state(&mut self, record: &mut Trajectory, y: &[f64], state: &State) {
-        let conserved = self.invariants_of(y, state);
+    fn record_state(
+        &mut self,
+        record: &mut Trajectory,
+        y: &[f64],
+        state: &State,
+        patience: &mut Patience,
+    ) -> Result<()> {
+        let conserved = self.invariants_of(y, state, patience)?;
         record.push(state, &conserved);
+        Ok(())
     }
 
-    fn invariants_of(&mut self, y: &[f64], state: &State) -> Invariants {
-        let energy = self.motion.equations.energy(y, &state.velocity);
+    fn invariants_of(&mut self, y: &[f64], state: &State, patience: &mut Patience) -> Result<Invariants> {
+        let energy = self.motion.equations.energy(state.time, y, &state.velocity, patience)?;
         let angular_momentum = self.motion.equations.angular_momentum(&self.frame, y);
-        Invariants { time: state.time, energy, angular_momentum }
+        Ok(Invariants { time: state.time, energy, angular_momentum })
     }
 }

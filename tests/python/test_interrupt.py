@@ -1,10 +1,13 @@
 """Long calls let other threads work, and stop on Ctrl-C."""
 
+import signal
 import subprocess
 import sys
 import threading
 
 import fullbody
+import numpy as np
+import pytest
 
 # The run would go on for months. That it ends at all shows that another thread got to work during it, and that the run
 # looked for the signal which that thread sent; how long either takes is the machine's affair.
@@ -57,6 +60,67 @@ def test_sigint_stops_a_run_and_leaves_the_simulation_usable():
     done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("passed")
+
+
+def lattice(count, shape, **options):
+    """Bodies at rest, far from each other."""
+    side = int(np.ceil(count ** (1 / 3)))
+    places = 10.0 * np.stack(np.meshgrid(*[np.arange(side)] * 3), axis=-1).reshape(-1, 3)[:count]
+    bodies = [fullbody.Body(shape, mass=1.0, name=f"{k}") for k in range(count)]
+    return fullbody.System(bodies, G=1.0, **options), fullbody.State(places, np.zeros((count, 3)))
+
+
+def many_nodes():
+    return lattice(30, fullbody.Ellipsoid(1.0, 0.9, 0.8), gravity="surface", order=(150, 300))
+
+
+def a_step():
+    sim = fullbody.Simulation(*many_nodes())
+    before = sim.state
+
+    def unchanged():
+        assert sim.state == before
+        assert sim.time == 0.0
+
+    return sim.step, unchanged
+
+
+def forces_of_many():
+    system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
+    return lambda: system.interactions(state), lambda: None
+
+
+def energy_of_many():
+    system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
+    return lambda: system.energy(state), lambda: None
+
+
+def simulation_of_many():
+    system, state = lattice(350, fullbody.Sphere(1.0))
+    return lambda: fullbody.Simulation(system, state), lambda: None
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")
+@pytest.mark.parametrize("prepare", [a_step, forces_of_many, energy_of_many, simulation_of_many])
+def test_a_single_call_hears_signals(prepare):
+    """Signals that come while a call works are handled meanwhile, not one after it: a third one stops it."""
+    call, check = prepare()
+    heard = []
+
+    def handle(number, frame):
+        heard.append(number)
+        if len(heard) == 3:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, handle)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.005, 0.005)
+        with pytest.raises(KeyboardInterrupt):
+            call()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    check()
 
 
 def test_runs_in_threads_give_the_same_bits():

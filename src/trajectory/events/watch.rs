@@ -1,10 +1,12 @@
 //! Finding events in the pieces of a step.
 
 use super::condition::Place;
-use super::{Event, Occurrence};
+use super::{Condition, Event, Occurrence};
 use crate::dynamics::{BarycentricFrame, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, extremum, root};
+use crate::patience::Patience;
+use crate::trajectory::approach::Contact;
 
 /// Equal intervals of a step at whose ends the functions are sampled. Between three samples of which the middle one is nearest to
 /// zero the extremum is sought, so that two zeros in one interval are not lost; only a function with more extrema than
@@ -17,6 +19,9 @@ const NEAR: f64 = 1e-3;
 
 /// A zero this near to a state that was given, in steps, is that state itself and no event.
 const AT_GIVEN: f64 = 1e-9;
+
+/// Units of work of looking for an event in a piece.
+const SCAN: u64 = 200;
 
 /// Watches events along a run.
 pub(crate) struct Watch {
@@ -65,50 +70,62 @@ impl Watch {
     ///
     /// At the ends of the pieces the functions are evaluated at the vectors that the steps themselves go through. The values
     /// there are the same for the piece before and the piece after, and for a run that begins there: no zero is found twice,
-    /// none is lost.
+    /// none is lost. Where bodies meet the step ends, and their contact is an event at that very place.
+    #[allow(clippy::too_many_arguments)]
     pub fn scan(
         &mut self,
         system: &System,
         frame: &BarycentricFrame,
         pieces: &[Segment],
         end: (f64, &[f64]),
+        met: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
+        patience: &mut Patience,
     ) -> Result<Option<(usize, f64)>> {
         for (k, piece) in pieces.iter().enumerate() {
+            patience.spend(SCAN * events.len() as u64, piece.start())?;
             let mut next = std::mem::take(&mut self.next);
-            let after = match pieces.get(k + 1) {
-                None => end,
-                Some(piece) => {
-                    next.resize(end.1.len(), 0.0);
+            next.resize(end.1.len(), 0.0);
+            let here = met.filter(|contact| contact.piece == k);
+            let after = match (here, pieces.get(k + 1)) {
+                (Some(contact), _) => {
+                    piece.at(contact.theta, &mut next);
+                    (contact.time, next.as_slice())
+                }
+                (None, Some(piece)) => {
                     piece.at(0.0, &mut next);
                     (piece.start(), next.as_slice())
                 }
+                (None, None) => end,
             };
-            let stop = self.scan_piece(system, frame, piece, after, events, out)?;
+            let stop = self.scan_piece(system, frame, piece, after, here, events, out)?;
             self.next = next;
-            if stop.is_some() {
+            if stop.is_some() || here.is_some() {
                 return Ok(stop);
             }
         }
         Ok(None)
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn scan_piece(
         &mut self,
         system: &System,
         frame: &BarycentricFrame,
         piece: &Segment,
         after: (f64, &[f64]),
+        met: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
     ) -> Result<Option<(usize, f64)>> {
+        let end = met.map_or(1.0, |contact| contact.theta);
         let places: [f64; POINTS] = std::array::from_fn(|k| match k {
             0 => 0.0,
-            1 => NEAR,
-            k if k == POINTS - 2 => 1.0 - NEAR,
-            k if k == POINTS - 1 => 1.0,
-            k => (k - 1) as f64 / SAMPLES as f64,
+            1 => NEAR * end,
+            k if k == POINTS - 2 => (1.0 - NEAR) * end,
+            k if k == POINTS - 1 => end,
+            k => (k - 1) as f64 / SAMPLES as f64 * end,
         });
         for values in &mut self.values {
             values[0] = values[POINTS - 1];
@@ -130,6 +147,15 @@ impl Watch {
         let y = &mut self.y;
         for (index, (event, values)) in events.iter_mut().zip(&self.values).enumerate() {
             let wanted = event.condition.direction().unwrap_or(event.direction);
+            if let (Condition::Contact { first, second }, Some(contact)) = (&event.condition, &met)
+                && contact.is_of(*first, *second)
+            {
+                // The function falls there, along the run.
+                if (wanted == 0 || (wanted > 0) == (piece.size() < 0.0)) && (!self.given || end > AT_GIVEN) {
+                    self.found.push((end, index));
+                }
+                continue;
+            }
             let mut f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);

@@ -4,6 +4,7 @@ use super::systems::*;
 use fullbody::dynamics::AttitudeChart;
 use fullbody::error::Error;
 use fullbody::mutual::Method;
+use fullbody::patience::Patience;
 use fullbody::trajectory::{Output, Simulation};
 
 /// Interpolated states against a run at a tolerance a hundred times tighter, in units of the tolerance, for every pair; the energy
@@ -64,7 +65,7 @@ fn output_does_not_disturb() {
         // The continuous solution holds the steps' ends: to round-off, and for fixed steps to what the bridges leave.
         let mut replay = Simulation::new(&system, &state, integrator).unwrap();
         for &time in &steps.time[1..] {
-            replay.step(3.0).unwrap();
+            replay.step(3.0, &mut Patience::endless()).unwrap();
             assert_eq!(replay.time(), time);
             let error = difference(&solution.state(time).unwrap(), &replay.state());
             assert!(error < 1e-14, "{integrator:?} at {time}: {error:e}");
@@ -81,7 +82,7 @@ fn range() {
     let mut simulation = Simulation::new(&system, &state, verner98(1e-10)).unwrap();
     let dense = integrate(&mut simulation, -2.0, &Output::Steps, true).dense.unwrap();
     assert_eq!(dense.range(), (0.0, -2.0));
-    let mut back = dense.states(&[-2.0, -0.5, 0.0]).unwrap();
+    let mut back = dense.states(&[-2.0, -0.5, 0.0], &mut Patience::endless()).unwrap();
     assert_eq!(back.pop().unwrap().position, state.position);
     assert_eq!(back.len(), 2);
     println!("{} bytes a segment", dense.bytes() / dense.segments());

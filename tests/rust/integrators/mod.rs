@@ -1,8 +1,11 @@
 //! Integrators and runs, against closed forms and tight runs.
 mod archive;
+mod bounds;
+mod collisions;
 mod dense;
 mod events;
 mod order;
+mod patience;
 mod problems;
 mod resume;
 mod roundoff;

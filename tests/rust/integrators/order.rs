@@ -4,6 +4,7 @@ use super::problems::{Kepler, distance};
 use fullbody::integrate::{
     DORMAND_PRINCE54, Equations, Stepper, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER98,
 };
+use fullbody::patience::Patience;
 
 const PAIRS: [&Tableau; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER98];
 const E: f64 = 0.3;
@@ -18,7 +19,7 @@ fn step(tableau: &Tableau, weights: &[f64], time: f64, h: f64) -> Vec<f64> {
             (0..4).for_each(|c| y[c] += h * a * k[c]);
         }
         let mut rate = [0.0; 4];
-        Kepler.derivative(0.0, &y, &mut rate).unwrap();
+        Kepler.derivative(0, 0.0, &y, &mut rate).unwrap();
         rates.push(rate);
     }
     (0..4).map(|c| start[c] + h * weights.iter().zip(&rates).map(|(b, k)| b * k[c]).sum::<f64>()).collect()
@@ -57,12 +58,12 @@ fn interpolants() {
         let error = |t: f64, h: f64| {
             let tolerance = Tolerance::new(0.99, 0.0).unwrap();
             let mut stepper = Stepper::new(pair, tolerance, t, Kepler::exact(E, t).to_vec(), vec![0.0; 4]);
-            stepper.step(&mut Kepler, t + h).unwrap();
+            stepper.step(&mut Kepler, t + h, &mut Patience::endless()).unwrap();
             assert_eq!(stepper.time(), t + h);
             let mut y = [0.0; 4];
             let at = |k: u32| t + h * f64::from(k) / 16.0;
             (1..16).fold(0.0, |worst: f64, k| {
-                stepper.interpolate(&mut Kepler, at(k), &mut y).unwrap();
+                stepper.interpolate(&mut Kepler, at(k), &mut y, &mut Patience::endless()).unwrap();
                 worst.max(distance(&y, &Kepler::exact(E, at(k))))
             })
         };

@@ -2,6 +2,7 @@
 
 use fullbody::error::Result;
 use fullbody::integrate::{Equations, Tolerance};
+use fullbody::patience::Patience;
 
 /// Kepler's problem in the plane, mu = 1: `[x, y, vx, vy]`.
 #[derive(Debug, Clone)]
@@ -21,11 +22,17 @@ impl Kepler {
 }
 
 impl Equations for Kepler {
-    fn prepare(&mut self, _: f64, _: &[f64], _: f64) -> Result<()> {
+    fn prepare(&mut self, _: f64, _: &[f64], _: f64, _: &mut Patience) -> Result<()> {
         Ok(())
     }
 
-    fn derivative(&mut self, _: f64, y: &[f64], rate: &mut [f64]) -> std::result::Result<(), &'static str> {
+    fn derivative(
+        &mut self,
+        _: usize,
+        _: f64,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> std::result::Result<(), &'static str> {
         let cube = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
         rate.copy_from_slice(&[y[2], y[3], -y[0] / cube, -y[1] / cube]);
         Ok(())

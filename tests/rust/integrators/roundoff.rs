@@ -3,6 +3,7 @@
 use super::problems::Kepler;
 use fullbody::integrate::{Stepper, Tolerance, VERNER98};
 use fullbody::math::compensated::{Compensated, two_product};
+use fullbody::patience::Patience;
 
 /// The sum of a number and products of numbers with low parts, in twice the working precision.
 fn add_square(total: &mut Compensated, high: f64, low: f64, factor: f64) {
@@ -47,7 +48,7 @@ fn ensemble(end: f64) -> (Vec<[f64; TIMES]>, u64) {
         let errors = std::array::from_fn(|n| {
             let time = end * 0.5_f64.powi((TIMES - 1 - n) as i32);
             while stepper.time() != time {
-                stepper.step(&mut Kepler, time).unwrap();
+                stepper.step(&mut Kepler, time, &mut Patience::endless()).unwrap();
             }
             let (high, low) = stepper.vector();
             let now = energy(high, low);

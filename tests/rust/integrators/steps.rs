@@ -7,6 +7,7 @@ use fullbody::error::Error;
 use fullbody::integrate::Scheme;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
+use fullbody::patience::Patience;
 use fullbody::trajectory::{Integrator, Output, Simulation, StopReason, Trajectory};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -64,9 +65,9 @@ fn no_allocation() {
     for (system, state) in [multipole, angles, (focal, state), triple()] {
         for integrator in all(1e-10, 0.02) {
             let Ok(mut simulation) = Simulation::new(&system, &state, integrator) else { continue };
-            (0..5).for_each(|_| simulation.step(100.0).unwrap());
+            (0..5).for_each(|_| simulation.step(100.0, &mut Patience::endless()).unwrap());
             let before = allocations();
-            (0..20).for_each(|_| simulation.step(100.0).unwrap());
+            (0..20).for_each(|_| simulation.step(100.0, &mut Patience::endless()).unwrap());
             assert_eq!(allocations() - before, 0, "{integrator:?}");
         }
     }

@@ -1,14 +1,17 @@
 //! Fixed steps: exact flows, orders, reversal, energy without drift.
 
 use super::systems::*;
-use fullbody::dynamics::{AttitudeChart, free_rotation, variational_rotation};
-use fullbody::error::Error;
+use crate::support::{cases, direction, semi_axes};
+use fullbody::dynamics::{AttitudeChart, farthest_turn, free_rotation, variational_rotation};
+use fullbody::error::{Error, Result};
 use fullbody::integrate::Scheme;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::names::Named;
 use fullbody::orbit::kepler_change;
+use fullbody::patience::Patience;
 use fullbody::trajectory::{Integrator, Output, Simulation};
+use proptest::prelude::*;
 
 /// Jacobi's sn, cn, dn by descending Landen transformations (arithmetic-geometric mean), for modulus squared `m`.
 fn jacobi(u: f64, m: f64) -> (f64, f64, f64) {
@@ -43,7 +46,7 @@ fn free_top() {
     let second = ((energy2 * i3 - square) / (i2 * (i3 - i2))).sqrt();
     let q = rotation::normalised([0.3, -0.5, 0.7, 0.2]);
     for time in [0.05, 0.7, 3.0, -11.0] {
-        let (turned, change) = free_rotation(inertia, q, start, time);
+        let (turned, change) = free_rotation(inertia, q, start, time).unwrap();
         let (sn, cn, dn) = jacobi(rate * time, m);
         let spin = start + change;
         let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
@@ -54,9 +57,59 @@ fn free_top() {
         assert!((length - 1.0).abs() < 4e-15, "{length}");
         let momentum = |q, w: Vec3| rotation::matrix(q) * inertia.component_mul(&w);
         assert!((momentum(p, spin) - momentum(q, start)).norm() < 4e-15);
-        let (back, _) = free_rotation(inertia, p, spin, -time);
+        let (back, _) = free_rotation(inertia, p, spin, -time).unwrap();
         let error = (0..4).map(|k| (p[k] + back[k] - q[k]).abs()).fold(0.0, f64::max);
         assert!(error < 4e-15, "{error:e}");
+    }
+}
+
+/// A needle that tumbles end over end, against Jacobi's functions: no more pieces than its own turning takes, where its angular
+/// momentum over its smallest moment is a turn of millions of rad.
+#[test]
+fn needle() {
+    let [a, b, c] = [1.0, 1.2e-3, 1e-3_f64];
+    let inertia = Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0;
+    let start = Vec3::new(0.3, 0.0, 1.1);
+    let [i1, i2, i3] = [inertia.x, inertia.y, inertia.z];
+    // L^2 - 2 T I_2 and the like without their cancellation.
+    let beyond_second = i3 * (i3 - i2) * start.z * start.z - i1 * (i2 - i1) * start.x * start.x;
+    let beyond_first = i3 * (i3 - i1) * start.z * start.z;
+    let below_third = i1 * (i3 - i1) * start.x * start.x;
+    assert!(beyond_second > 0.0);
+    let rate = ((i3 - i2) * beyond_first / (i1 * i2 * i3)).sqrt();
+    let m = (i2 - i1) * below_third / ((i3 - i2) * beyond_first);
+    let second = (below_third / (i2 * (i3 - i2))).sqrt();
+    for time in [3.0, -40.0, 300.0] {
+        assert!(inertia.component_mul(&start).norm() / i1 * f64::abs(time) > 1e6);
+        assert!(farthest_turn(inertia, start, time) < 1.5 * start.norm() * time.abs());
+        let (turned, change) = free_rotation(inertia, [1.0, 0.0, 0.0, 0.0], start, time).unwrap();
+        let (sn, cn, dn) = jacobi(rate * time, m);
+        let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
+        let error = (start + change - expected).norm();
+        println!("needle after {time}: {error:.1e}");
+        assert!(error < 1e-12 * time.abs(), "{time}: {error:e}");
+        let length = turned[1..].iter().chain([&(1.0 + turned[0])]).map(|x| x * x).sum::<f64>();
+        assert!((length - 1.0).abs() < 1e-13, "{length}");
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(200))]
+
+    /// The spin of a free body never exceeds its bound, and for some bodies comes near it.
+    #[test]
+    fn farthest_turns(axes in semi_axes(1e-3), along in direction()) {
+        let [a, b, c] = axes;
+        let inertia = Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0;
+        let (mut spin, mut q) = (along, [1.0, 0.0, 0.0, 0.0]);
+        // Over so long a time the bound by the energy counts as well.
+        let bound = farthest_turn(inertia, along, 1e6) / 1e6;
+        for _ in 0..200 {
+            let (turned, change) = free_rotation(inertia, q, spin, 0.37).unwrap();
+            (0..4).for_each(|k| q[k] += turned[k]);
+            spin += change;
+            prop_assert!(spin.norm() <= bound * (1.0 + 1e-12), "{} {bound}", spin.norm());
+        }
     }
 }
 
@@ -72,7 +125,8 @@ fn symmetric_top() {
             near[(axis + 2) % 3] *= 1.0 - 1e-12;
             let spin = Vec3::new(0.4, -0.3, 0.8);
             let q = [0.5, 0.5, -0.5, 0.5];
-            let ((a, u), (b, v)) = (free_rotation(inertia, q, spin, 1.3), free_rotation(near, q, spin, 1.3));
+            let [(a, u), (b, v)] =
+                [inertia, near].map(|moments| free_rotation(moments, q, spin, 1.3).unwrap());
             assert!((u - v).norm() < 1e-11 && (0..4).all(|k| (a[k] - b[k]).abs() < 1e-11));
         }
     }
@@ -92,7 +146,7 @@ fn discrete_top() {
         let (back, changed) = variational_rotation(inertia, p, spin + change, -h).unwrap();
         assert!((change + changed).norm() < 1e-15);
         assert!((0..4).all(|k| (turned[k] + back[k]).abs() < 1e-15));
-        let (exact, _) = free_rotation(inertia, q, spin, h);
+        let (exact, _) = free_rotation(inertia, q, spin, h).unwrap();
         (0..4).map(|k| (turned[k] - exact[k]).abs()).fold(0.0, f64::max)
     });
     let order = (errors[0] / errors[1]).log2() - 1.0;
@@ -161,15 +215,15 @@ fn near_integrable() {
     /// A pendulum-like problem in two flows: a rotation by the harmonic oscillator, and kicks of size epsilon.
     struct Oscillator(f64);
     impl Flows for Oscillator {
-        fn prepare(&mut self, _: f64, _: &[f64], _: f64) -> fullbody::error::Result<()> {
+        fn prepare(&mut self, _: f64, _: &[f64], _: f64, _: &mut Patience) -> Result<()> {
             Ok(())
         }
-        fn drift(&mut self, h: f64, y: &mut [f64], _: &mut [f64]) -> Result<(), &'static str> {
+        fn drift(&mut self, h: f64, y: &mut [f64], _: &mut [f64], _: &mut Patience) -> Result<()> {
             let (s, c) = h.sin_cos();
             (y[0], y[1]) = (c * y[0] + s * y[1], c * y[1] - s * y[0]);
             Ok(())
         }
-        fn kick(&mut self, h: f64, y: &mut [f64], _: &mut [f64]) -> Result<u64, &'static str> {
+        fn kick(&mut self, h: f64, y: &mut [f64], _: &mut [f64], _: &mut Patience) -> Result<u64> {
             y[1] -= h * self.0 * y[0].powi(3);
             Ok(1)
         }
@@ -182,7 +236,10 @@ fn near_integrable() {
         let start = energy(&y);
         let h = 10.0 / f64::from(steps);
         (0..4 * steps).fold(0.0, |worst: f64, _| {
-            scheme.composition().step(&mut Oscillator(epsilon), h, &mut y, &mut [0.0; 2]).unwrap();
+            scheme
+                .composition()
+                .step(&mut Oscillator(epsilon), h, &mut y, &mut [0.0; 2], &mut Patience::endless())
+                .unwrap();
             worst.max((energy(&y) - start).abs())
         })
     };
@@ -251,7 +308,7 @@ fn refusals() {
     }
     // A body that turns too far in a step for the discrete rotation says so.
     let mut long = Simulation::new(&system, &state, Integrator::LieGroupVariational { step: 5.0 }).unwrap();
-    assert!(matches!(long.step(100.0), Err(Error::NotConverged { .. })));
+    assert!(matches!(long.step(100.0, &mut Patience::endless()), Err(Error::NotConverged { .. })));
     assert_eq!(long.state(), state.clone());
     assert!(Scheme::named("ABA").is_err());
 }

@@ -1,0 +1,169 @@
+"""Bodies on collision courses: how many collisions go unseen.
+
+    python benches/head_on.py [--runs 24000] [--seed 1]
+
+Random pairs of spheres, points and ellipsoids fly at each other: head-on, with or without spin and gravity, and grazing, with
+hardly any gravity and no spin, so that the depth of the graze is known in closed form. Every integrator takes its turn, with
+sloppy and with tight tolerances, with short steps and with steps longer than the whole encounter, forwards and backwards.
+Prints for each integrator how many collisions the run passed over, how many it told of only after it had recorded bodies
+inside each other, how many ended with another error, and how many passes beside each other were called a collision.
+Exits with 1 unless all but the other errors are zero.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import contextlib
+import sys
+import time
+
+import fullbody
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+#: What a run may come to; the first three are faults.
+OUTCOMES = ("passed over", "inside", "false alarm", "other error", "right")
+
+
+def direction(rng: np.random.Generator) -> Vector:
+    n = rng.normal(size=3)
+    return n / np.linalg.norm(n)
+
+
+def attitude(rng: np.random.Generator) -> Vector:
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def shape(rng: np.random.Generator, kind: str) -> fullbody.Ellipsoid | fullbody.PointMass:
+    if kind == "point":
+        return fullbody.PointMass()
+    size = 10.0 ** rng.uniform(-1, 0)
+    if kind == "sphere":
+        return fullbody.Ellipsoid(size, size, size)
+    return fullbody.Ellipsoid(*(size * rng.permutation([1.0, *rng.uniform(0.15, 1.0, 2)])))
+
+
+def reach(body: fullbody.Body, q: Vector, n: Vector) -> tuple[Vector, float]:
+    """The place of a body, from its centre, where its outward normal is n, and how far that is along n."""
+    if isinstance(body.shape, fullbody.PointMass):
+        return np.zeros(3), 0.0
+    w, v = q[0], q[1:]
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    frame = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
+    spread = frame @ np.diag(np.square(body.shape.semi_axes)) @ frame.T
+    h = np.sqrt(n @ spread @ n)
+    return spread @ n / h, h
+
+
+def integrator(rng: np.random.Generator, crossing: float) -> fullbody.integrators.Integrator:
+    """One of all; `crossing` is the time in which the bodies pass each other."""
+    pairs = [
+        fullbody.DormandPrince54,
+        fullbody.Verner65,
+        fullbody.Verner76,
+        fullbody.Verner87,
+        fullbody.Verner98,
+    ]
+    kind = rng.integers(len(pairs) + 4)
+    if kind < len(pairs):
+        tolerance = 10.0 ** -rng.uniform(2, 13)
+        return pairs[kind](tolerance, tolerance)
+    step = crossing * 10.0 ** rng.uniform(-0.7, 1.5)
+    if kind == len(pairs):
+        return fullbody.LieGroupVariational(step)
+    return fullbody.SymplecticSplitting(step, ("leapfrog", "ABA864", "ABA1064")[kind - len(pairs) - 1])
+
+
+def name(one: fullbody.integrators.Integrator) -> str:
+    return getattr(one, "scheme", type(one).__name__)
+
+
+def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
+    """The integrator, the kind of encounter, and what the run came to."""
+    kinds = [("sphere", "sphere"), ("sphere", "point"), ("ellipsoid", "point"), ("ellipsoid", "ellipsoid")]
+    kind = kinds[rng.integers(len(kinds))]
+    bodies = [
+        fullbody.Body(shape(rng, each), mass=10.0 ** rng.uniform(-3, 0), name=label)
+        for each, label in zip(kind, "AB", strict=True)
+    ]
+    turned = np.array([attitude(rng), attitude(rng)])
+    size = max(max(body.shape.semi_axes) for body in bodies if body.shape.semi_axes)
+    speed, along = 10.0 ** rng.uniform(-1, 1), direction(rng)
+    away = size * 10.0 ** rng.uniform(0.7, 2.0)
+    style = ("head-on", "graze", "beside")[rng.choice(3, p=[0.4, 0.4, 0.2])]
+    spin = np.zeros((2, 3))
+    if style == "head-on":
+        # Gravity up to some of the kinetic energy; with no sideways motion they meet all the same.
+        G = speed**2 * size * 10.0 ** rng.uniform(-12, 0)
+        nearest = np.zeros(3)
+        if rng.random() < 0.5:
+            spin = rng.normal(size=(2, 3)) * speed / size
+    else:
+        # With a normal across the path, both touch where their centres differ by the sum of the places with that normal.
+        G = speed**2 * size * 1e-22
+        normal = np.cross(along, direction(rng))
+        normal /= np.linalg.norm(normal)
+        (a, h), (b, k) = (reach(body, q, normal) for body, q in zip(bodies, turned, strict=True))
+        depth = 10.0 ** rng.uniform(-6, -0.5) * (1 if style == "graze" else -1)
+        nearest = (a + b) - depth * (h + k) * normal
+    backwards = rng.random() < 0.5
+    sign = -1.0 if backwards else 1.0
+    share = bodies[1].mass / (bodies[0].mass + bodies[1].mass)
+    r, v = nearest - away * along, sign * speed * along
+    state = fullbody.State([-share * r, (1 - share) * r], [-share * v, (1 - share) * v], turned, spin)
+    system = fullbody.System(bodies, G=G)
+    chosen = integrator(rng, size / speed)
+    until = sign * rng.uniform(1.5, 4.0) * away / speed
+    output = (None, np.linspace(0.0, until, 200))[rng.integers(2)]
+    try:
+        run = system.integrate(state, until, output, integrator=chosen)
+    except fullbody.BodiesOverlap as error:
+        recorded = error.run
+        if style == "beside":
+            return name(chosen), style, "false alarm"
+        for last in list(recorded)[-1:]:
+            with contextlib.suppress(fullbody.NotConverged):
+                try:
+                    system.interactions(last)
+                except fullbody.BodiesOverlap:
+                    return name(chosen), style, "inside"
+        return name(chosen), style, "right"
+    except fullbody.FullbodyError as error:
+        return name(chosen), style, f"other error: {type(error).__name__}"
+    del run
+    return name(chosen), style, "right" if style == "beside" else "passed over"
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=24000)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
+    errors: collections.Counter[str] = collections.Counter()
+    started = time.perf_counter()
+    for k in range(arguments.runs):
+        which, style, outcome = one_run(np.random.default_rng([arguments.seed, k]))
+        kind, _, error = outcome.partition(": ")
+        counts[which][kind] += 1
+        counts[which]["collisions"] += style != "beside"
+        errors[error] += bool(error)
+    columns = ("collisions", *OUTCOMES)
+    print(f"{'':<22}" + "".join(f"{column:>14}" for column in columns))
+    total: collections.Counter[str] = collections.Counter()
+    for which in sorted(counts):
+        print(f"{which:<22}" + "".join(f"{counts[which][column]:>14}" for column in columns))
+        total += counts[which]
+    print(f"{'all':<22}" + "".join(f"{total[column]:>14}" for column in columns))
+    print(f"other errors: {', '.join(f'{n} {error}' for error, n in errors.items() if n) or 'none'}")
+    print(f"{arguments.runs} runs in {time.perf_counter() - started:.0f} s")
+    return int(any(total[fault] for fault in OUTCOMES[:3]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+//! When a long computation asks its caller whether to go on.
+//!
+//! Takes the caller's hook and counts work; calls the hook about every 50 ms. What counts as a unit of work is about a node
+//! of a quadrature: some nanoseconds, or some tens of them. The clock is read after so many units and not after each, so that
+//! counting costs next to nothing.
+
+use crate::error::{Error, Result};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// How often a hook is called, at most.
+pub const HOOK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Units of work between two looks at the clock: a few milliseconds.
+pub const UNITS: u64 = 100_000;
+
+/// A computation's willingness to go on: as long as the caller's hook does not break.
+pub struct Patience<'a> {
+    hook: Option<&'a mut dyn FnMut() -> ControlFlow<()>>,
+    asked: Instant,
+    left: u64,
+}
+
+impl<'a> Patience<'a> {
+    /// With a hook that was last called now.
+    pub fn new(hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        Self::since(Instant::now(), hook)
+    }
+
+    /// With a hook that was last called at some time.
+    pub fn since(asked: Instant, hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        Self { hook: Some(hook), asked, left: UNITS }
+    }
+
+    /// That of a caller who waits for any length of time.
+    pub fn endless() -> Self {
+        Self { hook: None, asked: Instant::now(), left: UNITS }
+    }
+
+    /// Counts `work` that is about to be done, at a time of the simulated motion that an interruption names.
+    #[inline]
+    pub fn spend(&mut self, work: u64, time: f64) -> Result<()> {
+        match self.left.checked_sub(work) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => self.look(time),
+        }
+    }
+
+    #[cold]
+    fn look(&mut self, time: f64) -> Result<()> {
+        self.left = UNITS;
+        let Some(hook) = &mut self.hook else { return Ok(()) };
+        if self.asked.elapsed() < HOOK_INTERVAL {
+            return Ok(());
+        }
+        let answer = hook();
+        self.asked = Instant::now();
+        if answer.is_break() { Err(Error::Interrupted { time }) } else { Ok(()) }
+    }
+}

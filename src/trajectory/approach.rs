@@ -1,0 +1,266 @@
+//! Whether bodies meet within a step.
+//!
+//! Asked of every step: first by bounds that cost next to nothing, and only where they leave a doubt on the continuous solution.
+//! The bounds compare the line between the step's ends with how far the path between them can bend away from it.
+
+use super::encounter::Encounter;
+use crate::dynamics::{Layout, System};
+use crate::error::{Error, Result};
+use crate::integrate::{Segment, Step};
+use crate::math::Vec3;
+use crate::patience::Patience;
+use crate::shape::Shape;
+
+/// What rounding, and the bridge between the ends of fixed steps, may differ from what the bounds are made for.
+const MARGIN: f64 = 1e-9;
+
+/// Where two bodies meet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact {
+    /// Their places in the system.
+    pub bodies: [usize; 2],
+    /// The piece of the step.
+    pub piece: usize,
+    /// The fraction of the piece at which their surfaces touch.
+    pub theta: f64,
+    /// The time of that.
+    pub time: f64,
+}
+
+impl Contact {
+    /// Whether it is that of these two.
+    pub fn is_of(&self, first: usize, second: usize) -> bool {
+        self.bodies == [first.min(second), first.max(second)]
+    }
+
+    /// That the two overlap from then on.
+    pub fn error(&self, system: &System) -> Error {
+        let [first, second] = self.bodies.map(|body| system.bodies()[body].name.clone());
+        Error::BodiesOverlap { first, second, time: self.time }
+    }
+}
+
+/// Watches every pair of a system.
+#[derive(Debug, Clone)]
+pub(super) struct Approach {
+    bodies: Vec<Reach>,
+    /// Whether a body has an extent: points have nothing to overlap with.
+    extended: bool,
+    /// By how much each body's path can bend from a line, without what is not known of the other bodies' pull.
+    bends: Vec<f64>,
+    /// The same of each component of an acceleration: by how much it changes from stage to stage.
+    changes: Vec<f64>,
+    /// The largest pull on each body, and on two together at unit distance from all others.
+    pulls: Vec<f64>,
+    pull: f64,
+    /// How near the centres of each pair come on straight lines.
+    nearest: Vec<f64>,
+    /// Ends of the piece at hand.
+    ends: Vec<[Vec3; 2]>,
+}
+
+#[derive(Debug, Clone)]
+struct Reach {
+    name: String,
+    shape: Shape,
+    radius: f64,
+    /// Larger semi-axis of the focal ellipse.
+    focal: f64,
+    /// G times the mass, with what the quadrature may add to it.
+    mu: f64,
+}
+
+impl Approach {
+    pub fn new(system: &System) -> Self {
+        let reach = |body: &crate::shape::Body| Reach {
+            name: body.name.clone(),
+            shape: body.shape,
+            radius: body.shape.circumradius(),
+            focal: match &body.shape {
+                Shape::Ellipsoid(e) => e.focal_axes()[0],
+                Shape::Point => 0.0,
+            },
+            mu: system.gravitational_constant() * body.mass * (1.0 + system.settings().gravity_tolerance),
+        };
+        let bodies: Vec<Reach> = system.bodies().iter().map(reach).collect();
+        let n = bodies.len();
+        let all: f64 = bodies.iter().map(|body| body.mu).sum();
+        let pull = if n == 2 { all } else { 2.0 * all };
+        Self {
+            extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
+            bodies,
+            bends: vec![0.0; n],
+            changes: vec![0.0; 3 * n],
+            pulls: vec![0.0; n],
+            pull,
+            nearest: vec![0.0; n * n.saturating_sub(1) / 2],
+            ends: vec![[Vec3::zeros(); 2]; n],
+        }
+    }
+
+    /// Whether no two bodies can have met on the interpolant of a step, by the step's ends and stages alone.
+    ///
+    /// The interpolant of the positions is that of an acceleration, known at the pair's own stages. At those of the interpolant
+    /// alone it is bounded by [`Self::apart`]. How far both bend it from the chord is [`Step::spread`].
+    pub fn excludes(&mut self, layout: Layout, step: &Step) -> bool {
+        if !self.extended {
+            return true;
+        }
+        let velocities = layout.velocity(0)..layout.velocity(self.bodies.len());
+        let mut rates = step.rates().map(|rate| &rate[velocities.clone()]);
+        let Some(first) = rates.next() else { return false };
+        self.changes.fill(0.0);
+        for rate in rates {
+            for (change, (a, a0)) in self.changes.iter_mut().zip(rate.iter().zip(first)) {
+                let difference = (a - a0).abs();
+                *change = if difference > *change { difference } else { *change };
+            }
+        }
+        let [known, unknown] = step.spread();
+        let square = step.size * step.size;
+        for (body, bend) in self.bends.iter_mut().enumerate() {
+            let change = vector(&self.changes, 3 * body).norm();
+            *bend = square * (known * change + (0.125 + unknown) * vector(first, 3 * body).norm());
+        }
+        self.apart(layout, step.start, step.end, square * unknown, 0.0)
+    }
+
+    /// Whether no two bodies can have met between the ends of a fixed step, on the motion from its start that is then tilted to end
+    /// where the step ended.
+    ///
+    /// Before it is tilted that motion is within half the square of the time, times the acceleration, of the straight line along
+    /// the first velocities, and afterwards within an eighth of it of the chord.
+    pub fn excludes_between(&mut self, layout: Layout, start: &[f64], end: &[f64], size: f64) -> bool {
+        if !self.extended {
+            return true;
+        }
+        self.bends.fill(0.0);
+        self.apart(layout, start, end, 0.5 * size * size, size)
+    }
+
+    /// Whether all pairs stay apart where bodies go straight from `start` to `end`, and straight along their first velocities for a
+    /// time `tangent`, but for their bends and `weight` times the largest acceleration.
+    ///
+    /// While two bodies are no nearer than half way from the nearest place on their lines to contact, their acceleration is at
+    /// most G m / (d - p_1 - p_2)^2 there: each attracts like mass on its focal ellipse, which reaches p from its centre. If with
+    /// this acceleration no pair goes farther than half its gap, then none has been nearer, and none has met. The same bound holds
+    /// for the series of any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
+    fn apart(&mut self, layout: Layout, start: &[f64], end: &[f64], weight: f64, tangent: f64) -> bool {
+        self.roughly_apart(layout, start, end, weight, tangent) || {
+            self.pulls.fill(0.0);
+            let n = self.bodies.len();
+            let mut index = 0;
+            for i in 0..n {
+                for j in i + 1..n {
+                    let (from, to, along) = straight(layout, start, end, tangent, i, j);
+                    self.nearest[index] = nearest(&from, &to).min(nearest(&from, &along));
+                    let (a, b) = (&self.bodies[i], &self.bodies[j]);
+                    let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
+                    if weight > 0.0 {
+                        let per_mu = if inner > 0.0 { 1.0 / (inner * inner) } else { f64::INFINITY };
+                        self.pulls[i] += b.mu * per_mu;
+                        self.pulls[j] += a.mu * per_mu;
+                    }
+                    index += 1;
+                }
+            }
+            let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
+            // A NaN leaves a doubt.
+            pairs.all(|((i, j), near)| {
+                let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
+                bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
+            })
+        }
+    }
+
+    /// The same with the least and the largest of all pairs in place of each pair's own, which is quickly said and mostly enough.
+    fn roughly_apart(&self, layout: Layout, start: &[f64], end: &[f64], weight: f64, tangent: f64) -> bool {
+        let n = self.bodies.len();
+        let (mut gap, mut inner) = (f64::INFINITY, f64::INFINITY);
+        for i in 0..n {
+            for j in i + 1..n {
+                let (from, to, along) = straight(layout, start, end, tangent, i, j);
+                let way = (to - from).norm_squared().max((along - from).norm_squared());
+                let near = (1.0 - 2.0 * MARGIN) * from.norm() - way.sqrt();
+                let (a, b) = (&self.bodies[i], &self.bodies[j]);
+                let touching = a.radius + b.radius;
+                // Said so that NaN leaves a doubt.
+                let apart = near > touching;
+                if !apart {
+                    return false;
+                }
+                gap = gap.min(near - touching);
+                inner = inner.min(0.5 * (near + touching) - (a.focal + b.focal));
+            }
+        }
+        let bend = self.bends.iter().fold(0.0, |largest: f64, bend| largest.max(*bend));
+        inner > 0.0 && (2.0 * bend) * (inner * inner) + weight * self.pull <= 0.5 * gap * (inner * inner)
+    }
+
+    /// The first contact on a piece, which is the one with this index.
+    pub fn search(
+        &mut self,
+        layout: Layout,
+        piece: &Segment,
+        index: usize,
+        patience: &mut Patience,
+    ) -> Result<Option<Contact>> {
+        if !self.extended {
+            return Ok(None);
+        }
+        let n = self.bodies.len();
+        let ends = [piece.basis(0.0), piece.basis(1.0)];
+        for body in 0..n {
+            let p = layout.position(body);
+            let at = |basis| Vec3::from([0, 1, 2].map(|c| piece.number(basis, p + c)));
+            self.ends[body] = [at(&ends[0]), at(&ends[1])];
+            self.bends[body] = 0.125 * piece.rates(p, 3)[1];
+        }
+        let mut found: Option<Contact> = None;
+        for i in 0..n {
+            patience.spend(n as u64, piece.start())?;
+            for j in i + 1..n {
+                let (a, b) = (&self.bodies[i], &self.bodies[j]);
+                let touching = a.radius + b.radius;
+                let [from, to] = [0, 1].map(|k| self.ends[j][k] - self.ends[i][k]);
+                let near = nearest(&from, &to);
+                let bend = self.bends[i] + self.bends[j];
+                if touching == 0.0 || near - bend > touching + MARGIN * near {
+                    continue;
+                }
+                let until = found.map_or(1.0, |contact| contact.theta);
+                let mut encounter =
+                    Encounter::new(piece, layout, [i, j], [&a.shape, &b.shape], [&a.name, &b.name]);
+                if let Some(theta) = encounter.first(until, patience)? {
+                    let time = piece.time_at(theta);
+                    found = Some(Contact { bodies: [i, j], piece: index, theta, time });
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+#[inline]
+fn vector(y: &[f64], index: usize) -> Vec3 {
+    Vec3::new(y[index], y[index + 1], y[index + 2])
+}
+
+/// The separation of two bodies at the start, at the end, and where the first velocities lead in a time.
+#[inline]
+fn straight(layout: Layout, start: &[f64], end: &[f64], time: f64, i: usize, j: usize) -> (Vec3, Vec3, Vec3) {
+    let between = |y: &[f64], i: usize, j: usize| vector(y, j) - vector(y, i);
+    let (a, b) = (layout.position(i), layout.position(j));
+    let from = between(start, a, b);
+    let velocity = between(start, layout.velocity(i), layout.velocity(j));
+    (from, between(end, a, b), from + velocity * time)
+}
+
+/// How near the straight way between two places comes to the origin.
+#[inline]
+fn nearest(from: &Vec3, to: &Vec3) -> f64 {
+    let path = to - from;
+    let square = path.norm_squared();
+    let part = if square > 0.0 { (-from.dot(&path) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (from + path * part).norm()
+}

@@ -1,0 +1,269 @@
+//! The first overlap of two bodies on a piece of the continuous solution.
+//!
+//! Intervals of the piece are shown to be free of overlap, one after the other, each as long as it can be (conservative
+//! advancement). In an interval a plane between the bodies turns with the line of their centres. Its gap to the bodies at the
+//! interval's ends and middle gives a parabola, and bounds of the third derivatives of the polynomials what the gap can differ from
+//! it. Where the parabola less that difference is positive the bodies are apart: no dip is too short to be seen. Where it is not,
+//! the interval is halved, until an overlap is in its middle or it is too short for one.
+
+use crate::dynamics::{AttitudeChart, Layout};
+use crate::error::Result;
+use crate::integrate::{Segment, root};
+use crate::math::{Mat3, Vec3, rotation};
+use crate::mutual::Pose;
+use crate::patience::Patience;
+use crate::shape::{Shape, growth, normal, support};
+use nalgebra::Rotation3;
+
+/// Half of the shortest interval, as a part of the piece. Between two places this near to each other even the tips of needles
+/// dip into each other by less than rounding.
+const SHORTEST: f64 = 1.0 / (1_u64 << 34) as f64;
+
+/// Overlap relative to the bodies' sizes that counts as touching: half of that of [`growth`], which is of the square.
+const TOUCHING: f64 = 5e-14;
+
+/// Units of work of an interval.
+const WORK: u64 = 100;
+
+/// Two bodies on a piece.
+pub(super) struct Encounter<'a> {
+    piece: &'a Segment,
+    layout: Layout,
+    bodies: [usize; 2],
+    shapes: [&'a Shape; 2],
+    names: [&'a str; 2],
+    /// Bounds of the first three derivatives by the piece's fraction: of the separation, and of the numbers of each attitude.
+    separation: [f64; 3],
+    attitudes: [[f64; 3]; 2],
+    /// Where the last plane was found.
+    balance: f64,
+}
+
+/// What is known of an interval.
+enum Verdict {
+    /// No overlap in it.
+    Clear,
+    /// None in its middle.
+    Apart,
+    Unknown,
+}
+
+impl<'a> Encounter<'a> {
+    pub fn new(
+        piece: &'a Segment,
+        layout: Layout,
+        bodies: [usize; 2],
+        shapes: [&'a Shape; 2],
+        names: [&'a str; 2],
+    ) -> Self {
+        let [first, second] = bodies.map(|body| piece.rates(layout.position(body), 3));
+        let width = layout.chart.width();
+        let attitude = |body| match layout.chart {
+            AttitudeChart::Quaternion => piece.rates(layout.attitude(body), width),
+            // An angle's rate is that of a turn about an axis, and three of them add up at most.
+            AttitudeChart::TaitBryan => (0..width).fold([0.0; 3], |sum, c| {
+                let rates = piece.rates(layout.attitude(body) + c, 1);
+                [0, 1, 2].map(|k| sum[k] + rates[k])
+            }),
+        };
+        Self {
+            piece,
+            layout,
+            bodies,
+            shapes,
+            names,
+            separation: [0, 1, 2].map(|k| first[k] + second[k]),
+            attitudes: bodies.map(attitude),
+            balance: 0.0,
+        }
+    }
+
+    /// The fraction of the piece, before `until`, at which the bodies first touch and then overlap.
+    pub fn first(&mut self, until: f64, patience: &mut Patience) -> Result<Option<f64>> {
+        let (mut clear, mut end, mut inside) = (0.0, until, false);
+        let mut half = 0.5 * until;
+        while end - clear > if inside { SHORTEST } else { 0.0 } {
+            patience.spend(WORK, self.piece.start())?;
+            let rest = 0.5 * (end - clear);
+            half = half.min(rest);
+            let middle = clear + half;
+            let verdict = self.verdict(middle, half);
+            let overlap = matches!(verdict, Verdict::Unknown) && self.overlap(middle)?;
+            if overlap {
+                (end, inside) = (middle, true);
+                half *= 0.5;
+            } else if matches!(verdict, Verdict::Clear) || half <= SHORTEST {
+                clear = if half < rest { middle + half } else { end };
+                half *= 2.0;
+            } else {
+                half *= 0.5;
+            }
+        }
+        Ok(inside.then(|| self.touch(clear, end)))
+    }
+
+    /// Where the surfaces touch before the overlap at `end`, with none up to `clear`.
+    fn touch(&self, clear: f64, end: f64) -> f64 {
+        let gap = |theta: f64| Ok::<f64, std::convert::Infallible>(self.growth_less_one(theta));
+        let (mut start, mut back) = (clear, SHORTEST);
+        // Overlap within rounding counts as clear.
+        while start > 0.0 && self.growth_less_one(start) <= 0.0 {
+            start = (end - back).clamp(0.0, start);
+            back *= 2.0;
+        }
+        let (first, last) = (self.growth_less_one(start), self.growth_less_one(end));
+        if first <= 0.0 || last >= 0.0 {
+            return start;
+        }
+        let Ok(theta) = root(gap, (start, first), (end, last));
+        theta
+    }
+
+    fn growth_less_one(&self, theta: f64) -> f64 {
+        let pose = self.pose(theta);
+        let [a, b] = self.shapes;
+        growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second).factor - 1.0
+    }
+
+    fn overlap(&self, theta: f64) -> Result<bool> {
+        let pose = self.pose(theta);
+        let [a, b] = self.shapes;
+        growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second)
+            .overlap(self.names[0], self.names[1])
+    }
+
+    fn pose(&self, theta: f64) -> Pose {
+        let basis = self.piece.basis(theta);
+        Pose {
+            separation: self.separation(&basis),
+            rotation_first: self.rotation(0, &basis).0,
+            rotation_second: self.rotation(1, &basis).0,
+        }
+    }
+
+    fn separation(&self, basis: &Basis) -> Vec3 {
+        let [first, second] = self.bodies.map(|body| self.layout.position(body));
+        Vec3::from(
+            [0, 1, 2].map(|c| self.piece.number(basis, second + c) - self.piece.number(basis, first + c)),
+        )
+    }
+
+    /// The rotation of one of the bodies, and the length of its quaternion.
+    fn rotation(&self, which: usize, basis: &Basis) -> (Mat3, f64) {
+        let index = self.layout.attitude(self.bodies[which]);
+        let number = |c: usize| self.piece.number(basis, index + c);
+        match self.layout.chart {
+            AttitudeChart::Quaternion => {
+                let q = [0, 1, 2, 3].map(number);
+                (rotation::matrix(q), q.iter().map(|x| x * x).sum::<f64>().sqrt())
+            }
+            AttitudeChart::TaitBryan => (rotation::tait_bryan_matrix([0, 1, 2].map(number)), 1.0),
+        }
+    }
+
+    fn verdict(&mut self, middle: f64, half: f64) -> Verdict {
+        /// Largest of x (x^2 - 1) / 6 between 0 and 1: what the parabola through three places misses of a cubic.
+        const REST: f64 = 0.064_150_029_909_958_42;
+        let places = [middle - half, middle, middle + half].map(|theta| self.piece.basis(theta));
+        let r = places.each_ref().map(|basis| self.separation(basis));
+        let distance = r[1].norm();
+        if distance == 0.0 {
+            return Verdict::Unknown;
+        }
+        let turn = r[1].cross(&(r[2] - r[0])) / (2.0 * half * distance * distance);
+        let along = Rotation3::new(turn * half);
+        let turned = |n: Vec3| [along.inverse_transform_vector(&n), n, along * n];
+        let w = turn.norm();
+        let [v, a, j] = self.separation;
+        let cubic = j + 3.0 * w * (a + w * v) + w * w * w * (distance + v * half);
+        let least = |gap: [f64; 3], cubic: f64| parabola(gap) - REST * cubic * half * half * half;
+
+        // First with the circumscribed spheres.
+        let reach = self.shapes[0].circumradius() + self.shapes[1].circumradius();
+        let n = turned(r[1] / distance);
+        let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - reach);
+        let round = self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
+        if least(gap, cubic) >= if round { -TOUCHING * reach } else { 0.0 } {
+            return Verdict::Clear;
+        }
+        if round {
+            return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
+        }
+
+        let rotations = places.each_ref().map(|basis| [0, 1].map(|which| self.rotation(which, basis)));
+        let [(first, _), (second, _)] = &rotations[1];
+        let Some(n) = normal(self.shapes, [first, second], &r[1], &mut self.balance) else {
+            return Verdict::Unknown;
+        };
+        let n = turned(n);
+        let mut gap = [0, 1, 2].map(|k| n[k].dot(&r[k]));
+        let (mut cubic, mut sizes) = (cubic, 0.0);
+        for which in [0, 1] {
+            let shape = self.shapes[which];
+            let h = support(shape, &rotations[1][which].0, &n[1]);
+            sizes += h;
+            if focal_square(shape) == 0.0 {
+                gap.iter_mut().for_each(|gap| *gap -= h);
+                continue;
+            }
+            for k in [0, 1, 2] {
+                // No less than the support function itself, and its square has no sharp turns.
+                let other = support(shape, &rotations[k][which].0, &n[k]);
+                gap[k] -= 0.5 * (other * other / h + h);
+            }
+            let Some([p1, p2, p3]) = self.turning(which, rotations[1][which].1, half) else {
+                return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
+            };
+            // The normal in the body's frame turns with both; h^2 is c^2 and the square of a vector no longer than its focal axis.
+            let (u1, u2) = (p1 + w, p2 + w * (2.0 * p1 + w));
+            let u3 = p3 + w * (3.0 * p2 + w * (3.0 * p1 + w));
+            cubic += focal_square(shape) * (u3 + 3.0 * u1 * u2) / h;
+        }
+        if least(gap, cubic) >= -TOUCHING * sizes {
+            Verdict::Clear
+        } else if gap[1] > 0.0 {
+            Verdict::Apart
+        } else {
+            Verdict::Unknown
+        }
+    }
+
+    /// Bounds of the first three derivatives of a vector that turns with one of the bodies; none where its quaternion comes near
+    /// to zero.
+    ///
+    /// With k_n the derivatives' bounds of the quaternion over its length, its angular velocity is below 2 k_1, and the first two
+    /// derivatives of that below 2 k_2 + 4 k_1^2 and 2 k_3 + 14 k_1 k_2 + 20 k_1^3.
+    fn turning(&self, which: usize, length: f64, half: f64) -> Option<[f64; 3]> {
+        let rates = self.attitudes[which];
+        let [w, dw, ddw] = match self.layout.chart {
+            AttitudeChart::TaitBryan => rates,
+            AttitudeChart::Quaternion => {
+                let shortest = length - rates[0] * half;
+                if shortest < 0.5 {
+                    return None;
+                }
+                let [k1, k2, k3] = rates.map(|rate| rate / shortest);
+                [2.0 * k1, 2.0 * k2 + 4.0 * k1 * k1, 2.0 * k3 + 14.0 * k1 * k2 + 20.0 * k1 * k1 * k1]
+            }
+        };
+        Some([w, w * w + dw, w * w * w + 3.0 * w * dw + ddw])
+    }
+}
+
+type Basis = [f64; crate::integrate::MAX_TERMS];
+
+/// Square of the larger semi-axis of the focal ellipse.
+fn focal_square(shape: &Shape) -> f64 {
+    let axes = Vec3::from(shape.semi_axes());
+    (axes.max() - axes.min()) * (axes.max() + axes.min())
+}
+
+/// The least value between -1 and 1 of the parabola with these values at -1, 0 and 1.
+fn parabola([left, middle, right]: [f64; 3]) -> f64 {
+    let (bend, slope) = (0.5 * (left + right) - middle, 0.5 * (right - left));
+    if bend > 0.0 && slope.abs() < 2.0 * bend {
+        middle - 0.25 * slope * slope / bend
+    } else {
+        left.min(right)
+    }
+}

@@ -1,0 +1,228 @@
+//! Nothing goes on for long without asking: by counted work, not by the clock.
+
+use super::systems::*;
+use fullbody::dynamics::{Settings, State, System};
+use fullbody::error::{Error, Result};
+use fullbody::integrate::{Equations, Scheme, Stepper, Tolerance, VERNER98};
+use fullbody::math::Vec3;
+use fullbody::mutual::Method;
+use fullbody::patience::{HOOK_INTERVAL, Patience, UNITS};
+use fullbody::shape::{Body, Shape};
+use fullbody::trajectory::{Condition, Event, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Calls with a hook that is due and breaks, so that whatever makes more than [`UNITS`] units of work is interrupted at once.
+fn impatient<T>(call: impl FnOnce(&mut Patience) -> Result<T>) -> Result<T> {
+    let Some(long_ago) = Instant::now().checked_sub(2 * HOOK_INTERVAL) else {
+        panic!("the clock began just now")
+    };
+    let mut hook = || ControlFlow::Break(());
+    call(&mut Patience::since(long_ago, &mut hook))
+}
+
+#[track_caller]
+fn interrupted<T>(outcome: Result<T>) -> f64 {
+    match outcome {
+        Err(Error::Interrupted { time }) => time,
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("not interrupted"),
+    }
+}
+
+#[test]
+fn asks_after_so_much_work() {
+    impatient(|patience| (0..UNITS).try_for_each(|_| patience.spend(1, 0.0))).unwrap();
+    assert_eq!(interrupted(impatient(|patience| (0..=UNITS).try_for_each(|_| patience.spend(1, 7.0)))), 7.0);
+    interrupted(impatient(|patience| patience.spend(UNITS + 1, 0.0)));
+    // A hook that was called just now is not called again before its time, nor one that there is not.
+    let mut hook = || ControlFlow::Break(());
+    Patience::since(Instant::now() + HOOK_INTERVAL, &mut hook).spend(2 * UNITS, 0.0).unwrap();
+    Patience::endless().spend(u64::MAX, 0.0).unwrap();
+}
+
+/// A lattice of bodies at rest.
+fn lattice(count: usize, shape: Shape) -> (System, State) {
+    let body = |k| Body::with_mass(format!("{k}"), shape, 1.0).unwrap();
+    let system = System::new((0..count).map(body).collect(), 1.0, Settings::default()).unwrap();
+    let place = |k: usize| Vec3::new((k % 10) as f64, (k / 10 % 10) as f64, (k / 100) as f64) * 10.0;
+    let still = vec![Vec3::zeros(); count];
+    let state = State::new(
+        2.5,
+        (0..count).map(place).collect(),
+        still.clone(),
+        vec![[1.0, 0.0, 0.0, 0.0]; count],
+        still,
+    );
+    (system, state.unwrap())
+}
+
+/// Very many bodies: of one state, in the making of a simulation, and within one evaluation of their forces.
+#[test]
+fn many_bodies() {
+    let (system, state) = lattice(60, Shape::sphere(1.0).unwrap());
+    assert_eq!(interrupted(impatient(|patience| system.interactions(&state, patience))), 2.5);
+    interrupted(impatient(|patience| system.energy(&state, patience)));
+    interrupted(impatient(|patience| Simulation::begin(&system, &state, verner98(1e-9), patience)));
+    let (system, state) = lattice(220, Shape::sphere(1.0).unwrap());
+    interrupted(impatient(|patience| system.momentum(&state, patience)));
+    interrupted(impatient(|patience| system.angular_momentum(&state, patience)));
+
+    // 24,090 pairs of five units each, and a step chooses their rules before.
+    for integrator in [verner98(1e-9), Integrator::LieGroupVariational { step: 0.1 }] {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        assert!(simulation.dynamics().parts() > 1);
+        assert_eq!(interrupted(impatient(|patience| simulation.step(9.0, patience))), 2.5);
+        assert_eq!(simulation.state(), state);
+    }
+}
+
+/// An evaluation in parts is one evaluation.
+#[test]
+fn parts_make_a_whole() {
+    let (system, mut state) = lattice(160, Shape::ellipsoid([1.0, 0.9, 0.8]).unwrap());
+    for (k, place) in state.position.iter_mut().enumerate() {
+        *place += Vec3::new((k as f64).sin(), (2.0 * k as f64).sin(), (3.0 * k as f64).sin());
+    }
+    let simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
+    let mut dynamics = simulation.dynamics().clone();
+    assert!(dynamics.parts() > 1);
+    let inner = fullbody::dynamics::Inner::new(system.layout(), &system.masses(), &state);
+    (0..dynamics.parts()).for_each(|part| dynamics.load(part, &inner.high).unwrap());
+    let expected = system.interactions(&state, &mut Patience::endless()).unwrap();
+    let largest = expected.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
+    for (acceleration, force) in dynamics.loads().0.iter().zip(&expected.force) {
+        assert!((acceleration - force).norm() < 1e-13 * largest);
+    }
+}
+
+/// Equations that cannot be evaluated any more after the first step has been planned.
+struct Refusing {
+    evaluations: u32,
+}
+
+impl Equations for Refusing {
+    fn work(&self) -> u64 {
+        UNITS / 10
+    }
+
+    fn prepare(&mut self, _: f64, _: &[f64], _: f64, _: &mut Patience) -> Result<()> {
+        Ok(())
+    }
+
+    fn derivative(
+        &mut self,
+        _: usize,
+        _: f64,
+        _: &[f64],
+        rate: &mut [f64],
+    ) -> std::result::Result<(), &'static str> {
+        rate.fill(1.0);
+        self.evaluations += 1;
+        if self.evaluations > 2 { Err("refused") } else { Ok(()) }
+    }
+
+    fn norm(&mut self, _: &[f64], v: &[f64], _: &Tolerance) -> f64 {
+        v[0].abs()
+    }
+
+    fn restore(&mut self, _: &mut [f64], _: &mut [f64]) {}
+}
+
+#[test]
+fn endless_rejections() {
+    let tolerance = Tolerance::new(1e-9, 1e-9).unwrap();
+    let mut stepper = Stepper::new(&VERNER98, tolerance, 0.0, vec![1.0], vec![0.0]);
+    interrupted(impatient(|patience| stepper.step(&mut Refusing { evaluations: 0 }, 1.0, patience)));
+    assert_eq!((stepper.time(), stepper.vector().0[0], stepper.statistics().steps), (0.0, 1.0, 0));
+}
+
+/// A sphere beside a point that spins fast: what is between the ends of a fixed step takes very many steps of its own.
+fn beside_a_spinning_point(spin: f64) -> (System, State) {
+    let bodies = vec![
+        Body::with_mass("A", Shape::sphere(1.0).unwrap(), 1.0).unwrap(),
+        Body::with_mass("B", Shape::Point, 1.0).unwrap(),
+    ];
+    let system =
+        System::new(bodies, 1.0, Settings { gravity: Method::Point, ..Settings::default() }).unwrap();
+    let mut state = relative(Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 0.8, 0.0), 0.5);
+    state.spin[1] = Vec3::new(0.0, 0.0, spin);
+    (system, state)
+}
+
+#[test]
+fn the_inside_of_a_fixed_step() {
+    let (system, state) = beside_a_spinning_point(1e9);
+    for integrator in [
+        Integrator::LieGroupVariational { step: 0.1 },
+        Integrator::SymplecticSplitting { step: 0.1, scheme: Scheme::Leapfrog },
+    ] {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let go = |simulation: &mut Simulation, hook: &mut dyn FnMut() -> ControlFlow<()>| {
+            let mut record = Trajectory::new(2);
+            let run = Run { output: &Output::Steps, events: &mut [], dense: true };
+            let outcome = simulation.run(1.0, run, &mut record, &mut |_, _| hook());
+            (record, outcome)
+        };
+        // So many that they are refused, with what to do.
+        let (_, outcome) = go(&mut simulation, &mut || ControlFlow::Continue(()));
+        let error = outcome.unwrap_err();
+        println!("{error}");
+        assert!(matches!(error, Error::NotConverged { .. }));
+        assert!(error.to_string().contains("use a shorter step"));
+        assert_eq!(simulation.state(), state.clone());
+    }
+}
+
+/// A body that turns too far in a step for the free rotation is refused with the numbers, and the step that is advised does.
+#[test]
+fn steps_too_long_for_a_rotor() {
+    let bodies = |name: &str, axes| Body::with_mass(name, Shape::ellipsoid(axes).unwrap(), 1.0).unwrap();
+    let spinner = bodies("Spinner", [1.0, 0.8, 0.6]);
+    let system =
+        System::new(vec![bodies("Still", [1.0, 0.9, 0.8]), spinner], 1e-9, Settings::default()).unwrap();
+    let mut state = relative(Vec3::new(8.0, 0.0, 0.0), Vec3::zeros(), 0.5);
+    state.spin[1] = Vec3::new(0.0, 3e6, 1e7);
+    for make in [
+        |step| Integrator::SymplecticSplitting { step, scheme: Scheme::Aba864 },
+        |step| Integrator::LieGroupVariational { step },
+    ] {
+        let step = |step: f64| {
+            let mut simulation = Simulation::new(&system, &state, make(step)).unwrap();
+            let outcome = simulation.step(9.0, &mut Patience::endless());
+            outcome.map(|()| simulation.time())
+        };
+        let message = step(0.5).unwrap_err().to_string();
+        println!("{message}");
+        assert!(
+            message.contains("Spinner turns by") && message.contains("use a step of at most "),
+            "{message}"
+        );
+        let advised: f64 = message.rsplit(' ').next().unwrap().parse().unwrap();
+        assert!(advised > 1e-9);
+        assert_eq!(step(advised).unwrap(), advised);
+    }
+}
+
+/// Samples without end, and events in pieces without end.
+#[test]
+fn samples_and_events() {
+    let (system, state) = points(0.3);
+    for output in [Output::Spacing(1.1e-8), Output::Steps] {
+        let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
+        let mut record = Trajectory::new(2);
+        let mut events = [Event::new(Condition::Periapsis { first: 0, second: 1 })];
+        let run = Run { output: &output, events: &mut events, dense: false };
+        let mut calls = 0;
+        let outcome = simulation.run(10.0, run, &mut record, &mut |_, _| {
+            calls += 1;
+            ControlFlow::Break(())
+        });
+        // Steps of two points are over before the hook is due, or it breaks.
+        if matches!(output, Output::Spacing(_)) {
+            interrupted(outcome);
+            assert_eq!((calls, record.stop_reason), (1, StopReason::Interrupted));
+            assert!(!record.is_empty());
+        }
+    }
+}
