@@ -227,7 +227,8 @@ class Simulation:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
 
         A run that goes on from the file equals the unbroken one bit for bit, on a machine with the same vector
-        instructions (or with ``vector_path="portable"``).
+        instructions (or with ``vector_path="portable"``): states, events, and values between the steps. The file is
+        read by the version of fullbody that wrote it.
 
         Parameters
         ----------
@@ -250,7 +251,8 @@ class Simulation:
         Raises
         ------
         InvalidInput
-            For a file that is not a simulation, is truncated or has been altered; says what is wrong.
+            For a file that is not a simulation, is truncated, has been altered, or was written by another version with
+            another layout; says what is wrong.
         """
         try:
             return cls._from_bytes(Path(path).read_bytes())
@@ -264,7 +266,8 @@ class Simulation:
             notes = json.loads(core.notes) if core.notes else {}
             setup = core.setup
             system, integrator = System._of_core(setup, notes), rebuild(setup["integrator"])
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+            # Of whatever kind: the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core

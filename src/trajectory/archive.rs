@@ -106,9 +106,12 @@ impl Simulation {
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let contents: Contents = postcard::from_bytes(contents(bytes)?).map_err(|error| {
-            refuse(format!("unreadable ({error})"), &format!("the contents of layout {ARCHIVE_VERSION}"))
-        })?;
+        let expected = format!("the contents of layout {ARCHIVE_VERSION}");
+        let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
+            .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
+        if !rest.is_empty() {
+            return Err(refuse(format!("of {} bytes more than its contents", rest.len()), &expected));
+        }
         contents.restore()
     }
 }
