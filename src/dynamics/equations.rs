@@ -1,7 +1,7 @@
 //! The equations of motion over the integrator's vector.
 
 use super::layout::vector;
-use super::{AttitudeChart, Energy, Inner, Layout, System, invariants};
+use super::{AttitudeChart, BarycentricFrame, Energy, Layout, System, invariants};
 use crate::error::{Error, Result};
 use crate::math::compensated::{two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
@@ -200,9 +200,9 @@ impl Dynamics {
         Energy::new(translational, rotational, potential)
     }
 
-    /// Total angular momentum about the origin, of a vector whose barycentre `inner` keeps.
-    pub fn angular_momentum(&self, inner: &Inner, y: &[f64]) -> Vec3 {
-        invariants::angular_momentum_of_vector(&self.system, inner, y)
+    /// Total angular momentum about the origin, of a vector whose barycentre `frame` keeps.
+    pub fn angular_momentum(&self, frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
+        invariants::angular_momentum_of_vector(&self.system, frame, y)
     }
 
     /// The natural sizes that errors of each body are measured against: (position, velocity, spin).

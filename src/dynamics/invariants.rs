@@ -1,7 +1,7 @@
 //! What the motion conserves: the paper's sections "Total energy" and "Angular momentum".
 
 use super::layout::vector;
-use super::{Inner, State, System};
+use super::{BarycentricFrame, State, System};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
 use crate::shape::Body;
@@ -54,19 +54,19 @@ pub(super) fn angular_momentum(system: &System, state: &State) -> Vec3 {
 
 /// The same of an integrator's vector: what the bodies have about the barycentre, and what that has about the origin,
 /// which is constant. Formed from the bodies' own places it would lose digits as the system travels.
-pub(super) fn angular_momentum_of_vector(system: &System, inner: &Inner, y: &[f64]) -> Vec3 {
-    let layout = inner.layout;
+pub(super) fn angular_momentum_of_vector(system: &System, frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
+    let layout = frame.layout;
     let about_barycentre = total(system, |i| {
         angular_momentum_of(
             &system.bodies()[i],
             &vector(y, layout.position(i)),
             &vector(y, layout.velocity(i)),
-            inner.attitude(i, y),
+            frame.attitude(i, y),
             &vector(y, layout.spin(i)),
         )
     });
     let mass = sum(system.masses());
-    about_barycentre + Vec3::from(inner.barycentre).cross(&Vec3::from(inner.barycentre_velocity)) * mass
+    about_barycentre + Vec3::from(frame.barycentre).cross(&Vec3::from(frame.barycentre_velocity)) * mass
 }
 
 fn angular_momentum_of(

@@ -7,8 +7,8 @@
 //! | attitude | 4 N or 3 N | quaternion, or Tait-Bryan angles |
 //! | spin | 3 N | body frames |
 //!
-//! The barycentre moves uniformly and is kept apart: a system that travels does not lose digits of its separations.
-//! Every number has a low part, so that converting there and back changes nothing.
+//! The barycentre moves uniformly and is kept apart from the vector, so that a system that travels loses no digits of its
+//! separations. Every number has a low part: a state that is converted to a vector and back is the same state.
 
 use super::State;
 use crate::math::compensated::{Compensated, sum, two_sum};
@@ -81,15 +81,11 @@ impl Layout {
     }
 }
 
-/// The integrator's vector and the barycentre that was taken out of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Inner {
-    /// Where the blocks are.
+/// The frame in which the integrator's vectors are: inertial axes at the barycentre, which moves uniformly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BarycentricFrame {
+    /// Where the blocks of a vector are.
     pub layout: Layout,
-    /// The vector.
-    pub high: Vec<f64>,
-    /// What rounding dropped.
-    pub low: Vec<f64>,
     /// Time at which the barycentre was at `barycentre`.
     pub epoch: f64,
     /// Position of the barycentre at `epoch`.
@@ -98,43 +94,36 @@ pub struct Inner {
     pub barycentre_velocity: [f64; 3],
 }
 
-impl Inner {
-    /// Splits a state. Tait-Bryan angles start in their principal range.
-    pub fn new(layout: Layout, masses: &[f64], state: &State) -> Self {
+impl BarycentricFrame {
+    /// The frame of a state; the state in it, as a vector; and what rounding dropped of the vector. Tait-Bryan angles start in
+    /// their principal range.
+    pub fn new(layout: Layout, masses: &[f64], state: &State) -> (Self, Vec<f64>, Vec<f64>) {
         let total = sum(masses.iter().copied());
         let mean = |vectors: &[Vec3]| {
             [0, 1, 2].map(|c| sum(vectors.iter().zip(masses).map(|(v, m)| v[c] * (m / total))))
         };
         let (barycentre, barycentre_velocity) = (mean(&state.position), mean(&state.velocity));
-        let mut inner = Self {
-            layout,
-            high: vec![0.0; layout.dimension()],
-            low: vec![0.0; layout.dimension()],
-            epoch: state.time,
-            barycentre,
-            barycentre_velocity,
-        };
+        let mut high = vec![0.0; layout.dimension()];
+        let mut low = high.clone();
+        let parts = |value: Compensated| (value.high, value.low);
         for body in 0..layout.bodies {
             let (p, v) = (layout.position(body), layout.velocity(body));
             for c in 0..3 {
-                inner.set(p + c, Compensated::difference(state.position[body][c], barycentre[c]));
-                inner.set(v + c, Compensated::difference(state.velocity[body][c], barycentre_velocity[c]));
-                inner.high[layout.spin(body) + c] = state.spin[body][c];
+                (high[p + c], low[p + c]) =
+                    parts(Compensated::difference(state.position[body][c], barycentre[c]));
+                (high[v + c], low[v + c]) =
+                    parts(Compensated::difference(state.velocity[body][c], barycentre_velocity[c]));
             }
-            let a = layout.attitude(body);
+            let (a, s) = (layout.attitude(body), layout.spin(body));
             match layout.chart {
-                AttitudeChart::Quaternion => inner.high[a..a + 4].copy_from_slice(&state.attitude[body]),
+                AttitudeChart::Quaternion => high[a..a + 4].copy_from_slice(&state.attitude[body]),
                 AttitudeChart::TaitBryan => {
-                    inner.high[a..a + 3].copy_from_slice(&rotation::to_tait_bryan(state.attitude[body]));
+                    high[a..a + 3].copy_from_slice(&rotation::to_tait_bryan(state.attitude[body]));
                 }
             }
+            high[s..s + 3].copy_from_slice(state.spin[body].as_slice());
         }
-        inner
-    }
-
-    fn set(&mut self, index: usize, value: Compensated) {
-        self.high[index] = value.high;
-        self.low[index] = value.low;
+        (Self { layout, epoch: state.time, barycentre, barycentre_velocity }, high, low)
     }
 
     /// The barycentre at a time.
@@ -144,7 +133,15 @@ impl Inner {
 
     /// The attitude of a body in a vector, as a unit quaternion.
     pub fn attitude(&self, body: usize, y: &[f64]) -> [f64; 4] {
-        attitude(self.layout, body, y)
+        let a = self.layout.attitude(body);
+        match self.layout.chart {
+            AttitudeChart::TaitBryan => rotation::from_tait_bryan([y[a], y[a + 1], y[a + 2]]),
+            AttitudeChart::Quaternion => {
+                let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
+                let length = q.iter().map(|c| c * c).sum::<f64>();
+                if (length - 1.0).abs() < 4.0 * f64::EPSILON { q } else { rotation::normalised(q) }
+            }
+        }
     }
 
     /// The state that a vector `high` + `low` stands for at a time.
@@ -164,7 +161,7 @@ impl Inner {
             time,
             position: each(&|b| placed(layout.position(b), self.barycentre, travelled)),
             velocity: each(&|b| placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3])),
-            attitude: (0..layout.bodies).map(|b| attitude(layout, b, high)).collect(),
+            attitude: (0..layout.bodies).map(|b| self.attitude(b, high)).collect(),
             spin: each(&|b| vector(high, layout.spin(b))),
         }
     }
@@ -174,16 +171,4 @@ impl Inner {
 #[inline]
 pub(super) fn vector(y: &[f64], index: usize) -> Vec3 {
     Vec3::new(y[index], y[index + 1], y[index + 2])
-}
-
-fn attitude(layout: Layout, body: usize, y: &[f64]) -> [f64; 4] {
-    let a = layout.attitude(body);
-    match layout.chart {
-        AttitudeChart::TaitBryan => rotation::from_tait_bryan([y[a], y[a + 1], y[a + 2]]),
-        AttitudeChart::Quaternion => {
-            let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
-            let length = q.iter().map(|c| c * c).sum::<f64>();
-            if (length - 1.0).abs() < 4.0 * f64::EPSILON { q } else { rotation::normalised(q) }
-        }
-    }
 }

@@ -14,7 +14,7 @@ mod system;
 
 pub use equations::{Dynamics, Rejected};
 pub use invariants::Energy;
-pub use layout::{AttitudeChart, Inner, Layout};
+pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use rotor::{free_rotation, variational_rotation};
 pub use splitting::{Parts, Splitting};
 pub use state::State;

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// A shape with a mass; semi-axes `None` for a point.
+/// A shape with a mass. A point has no semi-axes: `None`.
 #[pyclass(frozen, name = "Body", module = "fullbody._core")]
 pub struct PyBody {
     pub inner: Body,

@@ -1,4 +1,5 @@
-//! The core's descriptions as dicts of Python, by way of JSON: settings and integrators have their names from the core alone.
+//! Descriptions of settings, integrators and set-ups as dicts of Python. They go through JSON, so that the core's types alone
+//! say which names and values there are.
 
 use super::errors::InvalidInput;
 use crate::error::require_finite;
@@ -7,7 +8,7 @@ use pyo3::types::PyDict;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// What a dict describes.
+/// The value that a dict describes.
 pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> PyResult<T> {
     for (name, value) in described {
         // JSON has no others.

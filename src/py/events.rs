@@ -25,7 +25,7 @@ pub enum PyCondition {
 pub type Raised = Arc<Mutex<Option<PyErr>>>;
 
 impl PyCondition {
-    /// For the core; a function's exceptions go to `raised`.
+    /// The condition as the core has it. The first exception of a function goes to `raised`.
     pub fn condition(&self, py: Python<'_>, raised: &Raised) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
@@ -53,7 +53,7 @@ impl PyCondition {
     }
 }
 
-/// Keeps the first exception of a run.
+/// Keeps an exception, if it is the first of the run.
 pub fn keep(raised: &Raised, error: PyErr) {
     if let Ok(mut slot) = raised.lock() {
         slot.get_or_insert(error);

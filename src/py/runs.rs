@@ -48,13 +48,13 @@ impl PySimulation {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
     }
 
-    /// What the simulation was made with: bodies, G, settings, integrator.
+    /// The description of what the simulation was made with: bodies, G, settings, integrator.
     #[getter]
     fn setup<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.inner.setup())
     }
 
-    /// Text that is kept with it.
+    /// The text that is kept with the simulation.
     #[getter]
     fn notes(&self) -> &str {
         &self.inner.notes
@@ -201,7 +201,7 @@ impl PyDense {
     }
 }
 
-/// Tolerances (rtol, atol) as the integrators use them: where both are below what doubles can do, rtol is raised.
+/// The tolerances (rtol, atol) that the integrators work with: where their sum is below what doubles can do, rtol is raised.
 #[pyfunction]
 pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64), Error> {
     let tolerance = Tolerance::new(rtol, atol)?;

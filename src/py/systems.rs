@@ -115,7 +115,7 @@ impl PySystem {
         Ok(Self { inner: System::new(bodies, gravitational_constant, from_python(settings)?)? })
     }
 
-    /// The settings as the core has them.
+    /// The description of the settings.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, self.inner.settings())

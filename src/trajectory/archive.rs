@@ -15,7 +15,7 @@ use super::checkpoint::Checkpoint;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
-use crate::dynamics::{Inner, Settings, System};
+use crate::dynamics::{BarycentricFrame, Settings, System};
 use crate::error::{Error, Result};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -28,8 +28,8 @@ const HEADER: usize = 24;
 /// What the Python package of version 0.1.0, whose layout was 1, wrote before the core's bytes.
 const BEFORE_LAYOUT_1: &[u8] = b"fullbody simulation\n";
 
-/// What a simulation was made with. The one description of it: archives hold this, and the Python package makes its own objects
-/// from it.
+/// What a simulation was made with. There is no other description of it: archives hold this one, and the Python package makes
+/// its own objects from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
@@ -44,24 +44,26 @@ pub struct Setup {
     pub integrator: Integrator,
 }
 
-/// Layout 2. Its fields and theirs stay as they are: a change is a new layout.
+/// Layout 2. These fields and those of their types stay as they are: a change makes a new layout.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,
-    /// The [`Setup`] as JSON, where everything has its name.
+    /// The [`Setup`] as JSON: everything in it has a name.
     setup: String,
+    /// The caller's text.
     notes: String,
     start: Start,
     now: Checkpoint,
 }
 
-/// What the start decides for the whole run. What else is measured against the start has its place here.
+/// What the start decides for the whole run. All that is measured against the start belongs here.
 #[derive(Serialize, Deserialize)]
 struct Start {
+    /// The [`BarycentricFrame`]: time, position and velocity of the barycentre.
     epoch: f64,
     barycentre: [f64; 3],
     barycentre_velocity: [f64; 3],
-    /// Scales per body that absolute tolerances refer to: position, velocity, spin.
+    /// Per body the scales of position, velocity and spin, to which absolute tolerances refer.
     scales: Vec<[f64; 3]>,
 }
 
@@ -87,9 +89,9 @@ impl Simulation {
             setup: serde_json::to_string(&self.setup()).map_err(|error| unwritable(&error))?,
             notes: self.notes.clone(),
             start: Start {
-                epoch: self.inner.epoch,
-                barycentre: self.inner.barycentre,
-                barycentre_velocity: self.inner.barycentre_velocity,
+                epoch: self.frame.epoch,
+                barycentre: self.frame.barycentre,
+                barycentre_velocity: self.frame.barycentre_velocity,
                 scales: self.motion.initial.clone(),
             },
             now: self.checkpoint(),
@@ -175,26 +177,24 @@ impl Contents {
         let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
         let system =
             System::new(bodies.collect::<Result<_>>()?, setup.gravitational_constant, setup.settings)?;
-        let (time, high, low) = self.now.place();
-        let inner = Inner {
+        let frame = BarycentricFrame {
             layout: system.layout(),
-            high: high.to_vec(),
-            low: low.to_vec(),
             epoch: self.start.epoch,
             barycentre: self.start.barycentre,
             barycentre_velocity: self.start.barycentre_velocity,
         };
-        self.now.check(inner.layout)?;
-        if self.start.scales.len() != inner.layout.bodies {
-            let expected = format!("{}, as of bodies", inner.layout.bodies);
+        self.now.check(frame.layout)?;
+        if self.start.scales.len() != frame.layout.bodies {
+            let expected = format!("{}, as of bodies", frame.layout.bodies);
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
-        let mut motion = Motion::new(system.dynamics(), &inner.high);
+        let (time, high, low) = self.now.place();
+        let mut motion = Motion::new(system.dynamics(), high);
         motion.initial = self.start.scales;
-        let mover = Mover::new(setup.integrator, &motion, &inner, time)?;
+        let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
             motion,
-            inner,
+            frame,
             integrator: setup.integrator,
             mover,
             given: false,

@@ -49,7 +49,7 @@ impl Simulation {
     /// Goes on from a checkpoint of this system and integrator.
     pub(super) fn go_back(&mut self, checkpoint: &Checkpoint) -> Result<()> {
         let Checkpoint { memory, loads, rules, given } = checkpoint;
-        checkpoint.check(self.inner.layout)?;
+        checkpoint.check(self.frame.layout)?;
         self.motion.equations.recall(rules)?;
         self.mover.recall(memory, loads.as_deref());
         self.given = *given;

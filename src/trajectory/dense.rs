@@ -1,6 +1,6 @@
 //! A run as a function of time.
 
-use crate::dynamics::{Inner, State};
+use crate::dynamics::{BarycentricFrame, State};
 use crate::error::{Error, Result};
 use crate::integrate::Segment;
 
@@ -10,7 +10,7 @@ use crate::integrate::Segment;
 /// are as many as the interpolant's order. For two bodies under Verner 9(8) that is 2.3 kB a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
-    inner: Inner,
+    frame: BarycentricFrame,
     segments: Vec<Segment>,
     start: f64,
     end: f64,
@@ -20,8 +20,8 @@ pub struct Dense {
 
 impl Dense {
     /// Of no length yet, at a state.
-    pub(super) fn new(inner: &Inner, state: State) -> Self {
-        Self { inner: inner.clone(), segments: Vec::new(), start: state.time, end: state.time, last: state }
+    pub(super) fn new(frame: &BarycentricFrame, state: State) -> Self {
+        Self { frame: *frame, segments: Vec::new(), start: state.time, end: state.time, last: state }
     }
 
     /// Adds a step, or the part of it before a terminal event, which ends in a state.
@@ -61,8 +61,8 @@ impl Dense {
             return Ok(self.last.clone());
         }
         let segment = piece_at(&self.segments, time, self.end > self.start);
-        let mut y = vec![0.0; self.inner.high.len()];
-        Ok(state_within(&self.inner, segment, time, &mut y))
+        let mut y = vec![0.0; self.frame.layout.dimension()];
+        Ok(state_within(&self.frame, segment, time, &mut y))
     }
 
     /// The states at many times, in any order.
@@ -78,11 +78,11 @@ pub(super) fn piece_at(pieces: &[Segment], time: f64, forward: bool) -> &Segment
 }
 
 /// The state at a time within a piece, and its vector into `y`. Where the piece begins, it is the state of the step itself.
-pub(super) fn state_within(inner: &Inner, piece: &Segment, time: f64, y: &mut [f64]) -> State {
+pub(super) fn state_within(frame: &BarycentricFrame, piece: &Segment, time: f64, y: &mut [f64]) -> State {
     piece.at(piece.fraction(time), y);
     if time == piece.start() {
         let (high, low) = piece.start_vector();
-        return inner.state(time, high, low);
+        return frame.state(time, high, low);
     }
-    inner.state(time, y, &vec![0.0; y.len()])
+    frame.state(time, y, &vec![0.0; y.len()])
 }

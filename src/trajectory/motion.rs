@@ -40,7 +40,8 @@ impl Equations for Motion {
         self.equations.derivative(y, rate).map_err(|rejected| rejected.0)
     }
 
-    /// Largest over bodies and kinds of quantity of the length of the difference, hence the same in every frame.
+    /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths
+    /// of vectors they are the same in every frame.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64 {
         let layout = self.equations.layout();
         self.equations.scales(y, &mut self.present);
@@ -67,13 +68,13 @@ impl Equations for Motion {
     }
 }
 
-/// The equations in two parts.
-pub(super) struct Parted<'a> {
+/// The equations as two flows, for a composition.
+pub(super) struct SplitMotion<'a> {
     pub equations: &'a mut Dynamics,
     pub splitting: &'a mut Splitting,
 }
 
-impl Flows for Parted<'_> {
+impl Flows for SplitMotion<'_> {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64) -> Result<()> {
         self.equations.prepare(time, y, step)
     }

@@ -1,12 +1,12 @@
-//! What moves a simulation: a Runge-Kutta pair or a composition of flows, with one face.
+//! What carries a simulation from step to step: a Runge-Kutta pair or a composition of flows. Both answer the same calls.
 
 use super::integrator::{Integrator, Steps};
-use super::motion::{Motion, Parted};
-use crate::dynamics::{Inner, Splitting};
+use super::motion::{Motion, SplitMotion};
+use crate::dynamics::Splitting;
 use crate::error::{Error, Result, require_positive};
 use crate::integrate::{FixedStepper, Memory, Segment, Statistics, Stepper, Tolerance, VERNER98};
 
-/// Tolerance of the runs between the ends of fixed steps.
+/// Tolerance of the integration that fills in the time between the ends of a fixed step.
 const BRIDGE_TOLERANCE: f64 = 1e-12;
 
 #[derive(Debug, Clone)]
@@ -15,20 +15,22 @@ pub(super) enum Mover {
     Fixed(Box<Fixed>),
 }
 
-/// Fixed steps, and how to see between their ends.
+/// Steps of one size, and the polynomials between their ends.
 #[derive(Debug, Clone)]
 pub(super) struct Fixed {
     stepper: FixedStepper,
     splitting: Splitting,
     bridge: Option<Bridge>,
-    /// Whether the pieces belong to the last step.
+    /// Whether `pieces` are those of the last step.
     formed: bool,
     pieces: Vec<Segment>,
 }
 
-/// Verner 9(8) from the last step's start to its end. It works on a copy of the equations, so that looking between the ends
-/// does not disturb the steps, and begins with the rules that were in force in the step and with nothing else from before: the
-/// pieces depend on the step alone, however often one looks, and after a restart too.
+/// The integration by Verner 9(8) from the start of the last step to its end.
+///
+/// It works on a copy of the equations, so that the steps go on as if nobody had looked between their ends. It begins with the
+/// rules that are in force in the step and remembers nothing else of earlier steps. The polynomials thus depend on the step
+/// alone: they are the same however often one looks, and after a restart.
 #[derive(Debug, Clone)]
 struct Bridge {
     motion: Motion,
@@ -36,8 +38,13 @@ struct Bridge {
 }
 
 impl Mover {
-    pub fn new(integrator: Integrator, motion: &Motion, inner: &Inner, time: f64) -> Result<Self> {
-        let (high, low) = (inner.high.clone(), inner.low.clone());
+    pub fn new(
+        integrator: Integrator,
+        motion: &Motion,
+        time: f64,
+        high: Vec<f64>,
+        low: Vec<f64>,
+    ) -> Result<Self> {
         Ok(match integrator.steps() {
             Steps::Controlled(tableau, tolerance) => {
                 Self::Adaptive(Box::new(Stepper::new(tableau, tolerance, time, high, low)))
@@ -55,7 +62,7 @@ impl Mover {
         })
     }
 
-    /// Refuses a run of more fixed steps than a double counts, which would not end.
+    /// Refuses a run of more fixed steps than a double can count: it would not end.
     pub fn check_reach(&self, until: f64) -> Result<()> {
         if let Self::Fixed(fixed) = self {
             let steps = (until - fixed.stepper.time()).abs() / fixed.stepper.size();
@@ -94,7 +101,8 @@ impl Mover {
             Self::Adaptive(stepper) => stepper.step(motion, end),
             Self::Fixed(fixed) => {
                 fixed.formed = false;
-                let mut flows = Parted { equations: &mut motion.equations, splitting: &mut fixed.splitting };
+                let mut flows =
+                    SplitMotion { equations: &mut motion.equations, splitting: &mut fixed.splitting };
                 fixed.stepper.step(&mut flows, end)
             }
         }
@@ -108,7 +116,7 @@ impl Mover {
         }
     }
 
-    /// Puts the run to a place on the last step.
+    /// Moves the run to a time and a vector within the last step.
     pub fn place(&mut self, time: f64, y: &[f64]) {
         match self {
             Self::Adaptive(stepper) => stepper.place(time, y),
@@ -119,7 +127,7 @@ impl Mover {
         }
     }
 
-    /// What decides how the run goes on.
+    /// What decides how the run goes on: the stepper's memory, and the loads of the present vector where they are kept.
     pub fn memory(&self) -> (Memory, Option<Vec<[f64; 6]>>) {
         match self {
             Self::Adaptive(stepper) => (stepper.memory(), None),
@@ -127,6 +135,7 @@ impl Mover {
         }
     }
 
+    /// The inverse of [`Self::memory`].
     pub fn recall(&mut self, memory: &Memory, loads: Option<&[[f64; 6]]>) {
         match self {
             Self::Adaptive(stepper) => stepper.recall(memory),
@@ -142,8 +151,8 @@ impl Mover {
 }
 
 impl Fixed {
-    /// Verner 9(8) at a tight tolerance from the step's start; what it misses of the step's end is spread over the step, in
-    /// proportion to the time. The error inside is then that of the step itself.
+    /// The last step as polynomials. The bridge misses the end of the step by the step's own error; that difference is spread over
+    /// the step in proportion to the time, so that the error inside is that of the step itself.
     fn pieces(&mut self, motion: &Motion) -> Result<&[Segment]> {
         if self.formed {
             return Ok(&self.pieces);

@@ -6,7 +6,7 @@ use super::motion::Motion;
 use super::mover::Mover;
 use super::output::Times;
 use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
-use crate::dynamics::{Dynamics, Inner, State, System};
+use crate::dynamics::{BarycentricFrame, Dynamics, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
 use std::ops::ControlFlow;
@@ -40,7 +40,7 @@ pub struct Run<'a, 'f> {
 #[derive(Debug, Clone)]
 pub struct Simulation {
     pub(super) motion: Motion,
-    pub(super) inner: Inner,
+    pub(super) frame: BarycentricFrame,
     pub(super) integrator: Integrator,
     pub(super) mover: Mover,
     /// Whether the present state was given, by the caller or as that of a terminal event, and not reached by a step.
@@ -54,13 +54,13 @@ impl Simulation {
     /// Checks the state against the system.
     pub fn new(system: &System, state: &State, integrator: Integrator) -> Result<Self> {
         system.check(state)?;
-        let inner = Inner::new(system.layout(), &system.masses(), state);
-        let mut motion = Motion::new(system.dynamics(), &inner.high);
-        motion.prepare(state.time, &inner.high, 0.0)?;
+        let (frame, high, low) = BarycentricFrame::new(system.layout(), &system.masses(), state);
+        let mut motion = Motion::new(system.dynamics(), &high);
+        motion.prepare(state.time, &high, 0.0)?;
         // What overflows is refused here: no step could be measured against it.
-        system.check_range(&motion.equations.energy(&inner.high, &state.velocity))?;
-        let mover = Mover::new(integrator, &motion, &inner, state.time)?;
-        Ok(Self { motion, inner, integrator, mover, given: true, notes: String::new() })
+        system.check_range(&motion.equations.energy(&high, &state.velocity))?;
+        let mover = Mover::new(integrator, &motion, state.time, high, low)?;
+        Ok(Self { motion, frame, integrator, mover, given: true, notes: String::new() })
     }
 
     /// The system.
@@ -81,7 +81,7 @@ impl Simulation {
     /// Present state.
     pub fn state(&self) -> State {
         let (high, low) = self.mover.vector();
-        self.inner.state(self.time(), high, low)
+        self.frame.state(self.time(), high, low)
     }
 
     /// Starts anew from another state; counts start anew too.
@@ -140,11 +140,11 @@ impl Simulation {
         let Run { output, events, dense } = run;
         let start = self.time();
         let mut times = Times::new(start, until, output)?;
-        let mut watch = Watch::new(self.system(), &self.inner, events, self.given)?;
-        let mut sample = vec![0.0; self.inner.high.len()];
+        let mut watch = Watch::new(self.system(), &self.frame, events, self.given)?;
+        let mut sample = vec![0.0; self.frame.layout.dimension()];
         record.stop_reason = StopReason::Unfinished;
         if dense {
-            record.dense = Some(Dense::new(&self.inner, self.state()));
+            record.dense = Some(Dense::new(&self.frame, self.state()));
         }
         if times.due(start) {
             self.record_present(record);
@@ -172,7 +172,7 @@ impl Simulation {
             while let Some(time) = times.before(reached) {
                 let pieces = self.mover.pieces(&mut self.motion)?;
                 let state =
-                    state_within(&self.inner, piece_at(pieces, time, until >= start), time, &mut sample);
+                    state_within(&self.frame, piece_at(pieces, time, until >= start), time, &mut sample);
                 self.record_state(record, &sample, &state);
             }
             if let Some((event, time)) = stop {
@@ -211,7 +211,7 @@ impl Simulation {
         let mut stop = None;
         if !events.is_empty() {
             let system = self.motion.equations.system();
-            stop = watch.scan(system, &self.inner, pieces, (now, &vector), events, &mut record.events)?;
+            stop = watch.scan(system, &self.frame, pieces, (now, &vector), events, &mut record.events)?;
         }
         if let (Some(solution), Some(present)) = (&mut record.dense, present) {
             let last = record.events.last().filter(|_| stop.is_some());
@@ -228,7 +228,7 @@ impl Simulation {
 
     fn record_state(&mut self, record: &mut Trajectory, y: &[f64], state: &State) {
         let energy = self.motion.equations.energy(y, &state.velocity);
-        let momentum = self.motion.equations.angular_momentum(&self.inner, y);
+        let momentum = self.motion.equations.angular_momentum(&self.frame, y);
         record.push(state, &energy, &momentum);
     }
 }

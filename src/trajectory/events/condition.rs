@@ -1,6 +1,6 @@
 //! The conditions and their functions.
 
-use crate::dynamics::{Inner, State, System};
+use crate::dynamics::{BarycentricFrame, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::shape::contact_function;
@@ -74,7 +74,7 @@ pub enum Condition<'a> {
 /// What the functions are made from.
 pub(super) struct Place<'a> {
     pub system: &'a System,
-    pub inner: &'a Inner,
+    pub frame: &'a BarycentricFrame,
     pub time: f64,
     pub y: &'a [f64],
     pub zeros: &'a [f64],
@@ -82,15 +82,15 @@ pub(super) struct Place<'a> {
 
 impl Place<'_> {
     fn position(&self, body: usize) -> Vec3 {
-        Vec3::from_column_slice(&self.y[self.inner.layout.position(body)..][..3])
+        Vec3::from_column_slice(&self.y[self.frame.layout.position(body)..][..3])
     }
 
     fn velocity(&self, body: usize) -> Vec3 {
-        Vec3::from_column_slice(&self.y[self.inner.layout.velocity(body)..][..3])
+        Vec3::from_column_slice(&self.y[self.frame.layout.velocity(body)..][..3])
     }
 
     fn rotation(&self, body: usize) -> Mat3 {
-        rotation::matrix(self.inner.attitude(body, self.y))
+        rotation::matrix(self.frame.attitude(body, self.y))
     }
 
     fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
@@ -196,7 +196,7 @@ impl Condition<'_> {
             Self::PlaneCrossing { body, reference, normal } => {
                 let from = match reference {
                     Some(other) => at.position(*other),
-                    None => -at.inner.barycentre_at(at.time),
+                    None => -at.frame.barycentre_at(at.time),
                 };
                 normal.normalize().dot(&(at.position(*body) - from))
             }
@@ -208,7 +208,7 @@ impl Condition<'_> {
                 (r * v.norm_squared() / (2.0 * mu) - 1.0).min(r / *distance - 1.0)
             }
             Self::Alignment { body, other } => alignment(at, *body, *other),
-            Self::Function(function) => function(&at.inner.state(at.time, at.y, at.zeros))?,
+            Self::Function(function) => function(&at.frame.state(at.time, at.y, at.zeros))?,
         })
     }
 }
@@ -232,7 +232,7 @@ fn alignment(at: &Place, body: usize, other: usize) -> f64 {
     let mut axis = Vec3::zeros();
     axis[longest] = 1.0;
     let turn = at.rotation(body);
-    let spin = Vec3::from_column_slice(&at.y[at.inner.layout.spin(body)..][..3]);
+    let spin = Vec3::from_column_slice(&at.y[at.frame.layout.spin(body)..][..3]);
     let distance = r.norm();
     let line = r / distance;
     let line_rate = (v - line * line.dot(&v)) / distance;

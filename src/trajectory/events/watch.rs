@@ -2,7 +2,7 @@
 
 use super::condition::Place;
 use super::{Event, Occurrence};
-use crate::dynamics::{Inner, System};
+use crate::dynamics::{BarycentricFrame, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, extremum, root};
 
@@ -34,7 +34,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// Refuses events that the system cannot have. `given` says whether the run starts from a state that was given.
-    pub fn new(system: &System, inner: &Inner, events: &[Event], given: bool) -> Result<Self> {
+    pub fn new(system: &System, frame: &BarycentricFrame, events: &[Event], given: bool) -> Result<Self> {
         for event in events {
             event.condition.check(system)?;
             let name = event.condition.name();
@@ -48,7 +48,7 @@ impl Watch {
                 return Err(Error::invalid(format!("direction of {name}"), event.direction, expected));
             }
         }
-        let dimension = inner.high.len();
+        let dimension = frame.layout.dimension();
         Ok(Self {
             values: vec![[0.0; POINTS]; events.len()],
             begun: false,
@@ -69,7 +69,7 @@ impl Watch {
     pub fn scan(
         &mut self,
         system: &System,
-        inner: &Inner,
+        frame: &BarycentricFrame,
         pieces: &[Segment],
         end: (f64, &[f64]),
         events: &mut [Event],
@@ -85,7 +85,7 @@ impl Watch {
                     (piece.start(), next.as_slice())
                 }
             };
-            let stop = self.scan_piece(system, inner, piece, after, events, out)?;
+            let stop = self.scan_piece(system, frame, piece, after, events, out)?;
             self.next = next;
             if stop.is_some() {
                 return Ok(stop);
@@ -97,7 +97,7 @@ impl Watch {
     fn scan_piece(
         &mut self,
         system: &System,
-        inner: &Inner,
+        frame: &BarycentricFrame,
         piece: &Segment,
         after: (f64, &[f64]),
         events: &mut [Event],
@@ -121,7 +121,7 @@ impl Watch {
                 piece.at(places[k], &mut self.y);
                 (piece.time_at(places[k]), self.y.as_slice())
             };
-            let place = Place { system, inner, time, y, zeros: &self.zeros };
+            let place = Place { system, frame, time, y, zeros: &self.zeros };
             for (event, values) in events.iter_mut().zip(&mut self.values) {
                 values[k] = checked(event, &place)?;
             }
@@ -133,7 +133,7 @@ impl Watch {
             let mut f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);
-                checked(event, &Place { system, inner, time, y, zeros: &self.zeros })
+                checked(event, &Place { system, frame, time, y, zeros: &self.zeros })
             };
             let along = piece.size().signum();
             let mut take = |a: (f64, f64), b: (f64, f64), f: &mut dyn FnMut(f64) -> Result<f64>| {
@@ -172,7 +172,7 @@ impl Watch {
         for &(theta, index) in &self.found {
             piece.at(theta, &mut self.y);
             let time = piece.time_at(theta);
-            out.push(Occurrence { event: index, time, state: inner.state(time, &self.y, &self.zeros) });
+            out.push(Occurrence { event: index, time, state: frame.state(time, &self.y, &self.zeros) });
             if events[index].terminal {
                 return Ok(Some((index, time)));
             }
