@@ -87,8 +87,9 @@ fn parts_make_a_whole() {
     let simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
     let mut dynamics = simulation.dynamics().clone();
     assert!(dynamics.parts() > 1);
-    let inner = fullbody::dynamics::Inner::new(system.layout(), &system.masses(), &state);
-    (0..dynamics.parts()).for_each(|part| dynamics.load(part, &inner.high).unwrap());
+    let (_, vector, _) =
+        fullbody::dynamics::BarycentricFrame::new(system.layout(), &system.masses(), &state);
+    (0..dynamics.parts()).for_each(|part| dynamics.load(part, &vector).unwrap());
     let expected = system.interactions(&state, &mut Patience::endless()).unwrap();
     let largest = expected.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
     for (acceleration, force) in dynamics.loads().0.iter().zip(&expected.force) {
