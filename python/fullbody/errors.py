@@ -47,10 +47,11 @@ class InconsistentInput(UserWarning):
 class BodiesOverlap(FullbodyError, RuntimeError):
     """Two bodies share interior points.
 
-    Bodies count as touching, and not as overlapping, where their gap or depth is below 4e-15 times the sum of their longest
-    semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Of their thickness that is
-    1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. Where it is more than a thousandth
-    (c/a below some 1e-12), bodies that nearly touch are refused as too thin to tell, with :class:`InvalidInput`.
+    Bodies count as touching, and not as overlapping, where their gap or depth is below 4e-15 times the sum of their
+    longest semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Of their
+    thickness that is 1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. Where it is more than a
+    thousandth (c/a below some 1e-12), bodies that nearly touch are refused as too thin to tell, with
+    :class:`InvalidInput`.
 
     Attributes
     ----------
