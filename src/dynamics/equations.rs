@@ -27,8 +27,15 @@ pub struct Dynamics {
     torque: Vec<Vec3>,
 }
 
+impl System {
+    /// The equations of motion.
+    pub fn dynamics(&self) -> Dynamics {
+        Dynamics::new(self)
+    }
+}
+
 impl Dynamics {
-    pub(super) fn new(system: &System) -> Self {
+    fn new(system: &System) -> Self {
         let n = system.bodies().len();
         Self {
             layout: system.layout(),
@@ -197,7 +204,7 @@ impl Dynamics {
 
     /// Total angular momentum about the origin, of a vector whose barycentre `inner` keeps.
     pub fn angular_momentum(&self, inner: &Inner, y: &[f64]) -> Vec3 {
-        invariants::angular_momentum_of_vector(&self.system, inner, y)
+        invariants::angular_momentum_of_vector(&self.system.bodies, inner, y)
     }
 
     /// The natural sizes that errors of each body are measured against: (position, velocity, spin).
