@@ -38,8 +38,15 @@ pub struct Dynamics {
     torque: Vec<Vec3>,
 }
 
+impl System {
+    /// The equations of motion.
+    pub fn dynamics(&self, patience: &mut Patience) -> Result<Dynamics> {
+        Dynamics::new(self, patience)
+    }
+}
+
 impl Dynamics {
-    pub(super) fn new(system: &System, patience: &mut Patience) -> Result<Self> {
+    fn new(system: &System, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
         let pairs = system.pairs().map(|(i, j)| {
             patience.spend(NEW, 0.0)?;
@@ -265,7 +272,7 @@ impl Dynamics {
 
     /// Total angular momentum about the origin, of a vector whose barycentre `frame` keeps.
     pub fn angular_momentum(&self, frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
-        invariants::angular_momentum_of_vector(&self.system, frame, y)
+        invariants::angular_momentum_of_vector(&self.system.bodies, frame, y)
     }
 
     /// The natural sizes that errors of each body are measured against: (position, velocity, spin).

@@ -1,7 +1,7 @@
 //! What the motion conserves: the paper's sections "Total energy" and "Angular momentum".
 
 use super::layout::vector;
-use super::{BarycentricFrame, State, System};
+use super::{BarycentricFrame, State};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
 use crate::shape::Body;
@@ -51,24 +51,21 @@ impl Invariants {
     }
 }
 
-pub(super) fn energy(system: &System, state: &State, potential: f64) -> Energy {
-    let bodies = system.bodies();
+pub(super) fn energy(bodies: &[Body], state: &State, potential: f64) -> Energy {
     let translational = bodies.iter().zip(&state.velocity).map(|(b, v)| 0.5 * b.mass * v.norm_squared());
     let rotational = bodies.iter().zip(&state.spin).map(|(b, s)| 0.5 * b.inertia().dot(&s.component_mul(s)));
     Energy::new(sum(translational), sum(rotational), potential)
 }
 
-pub(super) fn momentum(system: &System, state: &State) -> Vec3 {
-    Vec3::from(
-        [0, 1, 2].map(|c| sum(system.bodies().iter().zip(&state.velocity).map(|(b, v)| b.mass * v[c]))),
-    )
+pub(super) fn momentum(bodies: &[Body], state: &State) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|c| sum(bodies.iter().zip(&state.velocity).map(|(b, v)| b.mass * v[c]))))
 }
 
 /// Total angular momentum about the origin.
-pub(super) fn angular_momentum(system: &System, state: &State) -> Vec3 {
-    total(system, |i| {
+pub(super) fn angular_momentum(bodies: &[Body], state: &State) -> Vec3 {
+    total(bodies, |i| {
         angular_momentum_of(
-            &system.bodies()[i],
+            &bodies[i],
             &state.position[i],
             &state.velocity[i],
             state.attitude[i],
@@ -79,18 +76,18 @@ pub(super) fn angular_momentum(system: &System, state: &State) -> Vec3 {
 
 /// The same of an integrator's vector: what the bodies have about the barycentre, and what that has about the origin,
 /// which is constant. Formed from the bodies' own places it would lose digits as the system travels.
-pub(super) fn angular_momentum_of_vector(system: &System, frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
+pub(super) fn angular_momentum_of_vector(bodies: &[Body], frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
     let layout = frame.layout;
-    let about_barycentre = total(system, |i| {
+    let about_barycentre = total(bodies, |i| {
         angular_momentum_of(
-            &system.bodies()[i],
+            &bodies[i],
             &vector(y, layout.position(i)),
             &vector(y, layout.velocity(i)),
             frame.attitude(i, y),
             &vector(y, layout.spin(i)),
         )
     });
-    let mass = sum(system.masses());
+    let mass = sum(bodies.iter().map(|body| body.mass));
     about_barycentre + Vec3::from(frame.barycentre).cross(&Vec3::from(frame.barycentre_velocity)) * mass
 }
 
@@ -104,6 +101,6 @@ fn angular_momentum_of(
     position.cross(velocity) * body.mass + rotation::matrix(attitude) * body.inertia().component_mul(spin)
 }
 
-fn total(system: &System, of_body: impl Fn(usize) -> Vec3) -> Vec3 {
-    Vec3::from([0, 1, 2].map(|c| sum((0..system.bodies().len()).map(|i| of_body(i)[c]))))
+fn total(bodies: &[Body], of_body: impl Fn(usize) -> Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|c| sum((0..bodies.len()).map(|i| of_body(i)[c]))))
 }

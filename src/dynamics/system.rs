@@ -1,6 +1,6 @@
 //! A system: bodies, gravitational constant, method.
 
-use super::{AttitudeChart, Dynamics, Energy, Layout, State, invariants};
+use super::{AttitudeChart, Energy, Layout, State, invariants};
 use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
@@ -147,11 +147,6 @@ impl System {
         self.bodies.iter().map(|body| body.mass).collect()
     }
 
-    /// The equations of motion.
-    pub fn dynamics(&self, patience: &mut Patience) -> Result<Dynamics> {
-        Dynamics::new(self, patience)
-    }
-
     /// Refuses states of another number of bodies, bodies that overlap, and bodies too far apart for doubles.
     pub fn check(&self, state: &State, patience: &mut Patience) -> Result<()> {
         if state.bodies() != self.bodies.len() {
@@ -245,7 +240,7 @@ impl System {
             pair.prepare(&pose, 0.0)?;
             potential += self.strength(i, j) * pair.potential_energy(&pose);
         }
-        let energy = invariants::energy(self, state, potential);
+        let energy = invariants::energy(&self.bodies, state, potential);
         self.check_range(&energy)?;
         Ok(energy)
     }
@@ -258,7 +253,7 @@ impl System {
     /// Total linear momentum, inertial.
     pub fn momentum(&self, state: &State, patience: &mut Patience) -> Result<Vec3> {
         self.check(state, patience)?;
-        let momentum = invariants::momentum(self, state);
+        let momentum = invariants::momentum(&self.bodies, state);
         in_range("momentum", momentum.as_slice())?;
         Ok(momentum)
     }
@@ -266,7 +261,7 @@ impl System {
     /// Total angular momentum about the origin, inertial.
     pub fn angular_momentum(&self, state: &State, patience: &mut Patience) -> Result<Vec3> {
         self.check(state, patience)?;
-        let momentum = invariants::angular_momentum(self, state);
+        let momentum = invariants::angular_momentum(&self.bodies, state);
         in_range("angular momentum", momentum.as_slice())?;
         Ok(momentum)
     }

@@ -65,12 +65,16 @@ impl ExteriorField {
         }
         let x = ellipsoid.canonical() * x;
         let kappa_min = x.norm_squared() - self.shape.circumradius().powi(2);
-        let (excess, rd) = match self.series.cut_for(kappa_min, 1e-17) {
-            Some(cut) => one_point(self.series.cut(cut), &x),
-            None => one_point(Near::new(ellipsoid, 0.0), &x),
+        let (potential, rd) = match (self.series.cut_for(kappa_min, 1e-17), Near::new(ellipsoid, 0.0)) {
+            (Some(cut), _) => one_point(self.series.cut(cut), &x),
+            (None, near) if near.is_flat() => {
+                let (_, rd) = one_point(near, &x);
+                (near.potential(lanes(&x)).first(), rd)
+            }
+            (None, near) => one_point(near, &x),
         };
         let field = ellipsoid.canonical().transpose() * -x.component_mul(&rd);
-        Ok(self.in_units(1.0 / x.norm() + excess, field))
+        Ok(self.in_units(potential, field))
     }
 
     fn in_units(&self, potential: f64, field: Vec3) -> (f64, Vec3) {
@@ -94,8 +98,12 @@ impl ExteriorField {
     }
 }
 
+/// Phi, as 1/r and the excess, and the R_i of the field.
 fn one_point(kernel: impl FieldKernel, x: &Vec3) -> (f64, Vec3) {
-    let lanes = |v| Lanes::splat(Scalar, v);
-    let (excess, rd) = kernel.excess_potential([lanes(x.x), lanes(x.y), lanes(x.z)]);
-    (excess.first(), Vec3::new(rd[0].first(), rd[1].first(), rd[2].first()))
+    let (excess, rd) = kernel.excess_potential(lanes(x));
+    (1.0 / x.norm() + excess.first(), Vec3::new(rd[0].first(), rd[1].first(), rd[2].first()))
+}
+
+fn lanes(x: &Vec3) -> [Lanes<Scalar>; 3] {
+    [Lanes::splat(Scalar, x.x), Lanes::splat(Scalar, x.y), Lanes::splat(Scalar, x.z)]
 }

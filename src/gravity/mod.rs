@@ -21,7 +21,7 @@ pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
 pub use near::{Near, kappa};
 
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, dot};
 use pulp::Simd;
 
 /// What one point of the field gives.
@@ -40,4 +40,10 @@ pub trait FieldKernel: Copy {
 
     /// Phi - 1/r, and R_i as in [`PointField::rd`].
     fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]);
+
+    /// Phi.
+    #[inline(always)]
+    fn potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> Lanes<S> {
+        x[0].constant(1.0) / dot(x, x).sqrt() + self.excess_potential(x).0
+    }
 }

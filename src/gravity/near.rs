@@ -28,6 +28,19 @@ impl Near {
         Self { squares, duplications: duplications_needed(squares.map(|s| s + kappa_min.max(0.0))) }
     }
 
+    /// Whether the shortest semi-axis is below a thirtieth of the longest.
+    pub fn is_flat(&self) -> bool {
+        900.0 * self.squares[2] < self.squares[0]
+    }
+
+    /// Phi and R_i from the squares of a point's coordinates.
+    #[inline(always)]
+    fn phi<S: Simd>(&self, x2: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+        let (s, rd) = self.rd(x2);
+        let twice = (s[0] - x2[0]).mul_add(rd[0], (s[1] - x2[1]).mul_add(rd[1], (s[2] - x2[2]) * rd[2]));
+        (twice * twice.constant(0.5), rd)
+    }
+
     #[inline(always)]
     fn rd<S: Simd>(&self, x2: [Lanes<S>; 3]) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
         let kappa = kappa(x2, self.squares);
@@ -75,9 +88,18 @@ impl FieldKernel for Near {
     #[inline(always)]
     fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
-        let (s, rd) = self.rd(x2);
-        let twice = (s[0] - x2[0]).mul_add(rd[0], (s[1] - x2[1]).mul_add(rd[1], (s[2] - x2[2]) * rd[2]));
+        let (phi, rd) = self.phi(x2);
         let r2 = x2[0] + x2[1] + x2[2];
-        (twice * r2.constant(0.5) - r2.constant(1.0) / r2.sqrt(), rd)
+        (phi - r2.constant(1.0) / r2.sqrt(), rd)
+    }
+
+    /// Over the middle of a flat body 1/r is many times Phi, and must not be added and taken away.
+    #[inline(always)]
+    fn potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> Lanes<S> {
+        if self.is_flat() {
+            self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).0
+        } else {
+            x[0].constant(1.0) / dot(x, x).sqrt() + self.excess_potential(x).0
+        }
     }
 }

@@ -14,6 +14,8 @@ pub const MAX_RULE_DEGREE: usize = 400;
 const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
 /// A rule stays in use while it has at most this many degrees more than needed.
 const SLACK: usize = 3;
+/// A kernel is made for separations down to this share of the smallest one foreseen.
+const MARGIN: f64 = 0.9;
 /// Two rules never agree better than this.
 const ROUND_OFF: f64 = 4e-15;
 
@@ -41,7 +43,7 @@ impl Pair {
         let order = Order { gauss: gauss as usize, angles: angles as usize };
         let integrated = usize::from(memory.integrated);
         let kernel = self.kernel(integrated, memory.valid_from);
-        let nodes = self.nodes.get(order, self.carrier(integrated));
+        let nodes = self.nodes.get(order, self.carriers[integrated]);
         self.rule = Some(Rule {
             integrated,
             order,
@@ -86,7 +88,7 @@ impl Pair {
                     Some(rule) if keep => rule.degree,
                     _ => degree,
                 };
-                self.adopt(integrated, degree, self.order(degree), reach);
+                self.adopt(integrated, degree, self.order(integrated, degree), reach);
                 Ok(())
             }
             (None, None) => self.by_comparison(&scaled, reach),
@@ -110,7 +112,7 @@ impl Pair {
                 _ => focal_degree(ellipsoid, &centre, other, self.tolerance),
             }
         };
-        self.cheaper([degree(0), degree(1)])
+        self.cheaper([degree(0), degree(1)], pose.separation.norm())
     }
 
     /// The same by the rate of the confocal family; no bound.
@@ -124,18 +126,27 @@ impl Pair {
             let kappa = closest_confocal(ellipsoid, &(from_field * -roles.origin), &p, &q);
             Some(guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance))
         };
-        self.cheaper([degree(0), degree(1)]).unwrap_or((0, MAX_RULE_DEGREE))
+        self.cheaper([degree(0), degree(1)], pose.separation.norm()).unwrap_or((0, MAX_RULE_DEGREE))
     }
 
     /// The lower of two degrees; the body in use stays unless the other one is clearly better.
-    fn cheaper(&self, degrees: [Option<usize>; 2]) -> Option<(usize, usize)> {
+    fn cheaper(&self, degrees: [Option<usize>; 2], reach: f64) -> Option<(usize, usize)> {
         let in_use = self.rule.as_ref().map(|rule| rule.integrated);
         let cost = |integrated: usize| {
             let hysteresis = if in_use.is_some_and(|used| used != integrated) { SLACK } else { 0 };
-            degrees[integrated].map(|degree| (degree + hysteresis, integrated))
+            let degree = degrees[integrated].filter(|_| self.turns(integrated, reach));
+            degree.map(|degree| (degree + hysteresis, integrated))
         };
         let (_, integrated) = [cost(0), cost(1)].into_iter().flatten().min()?;
         degrees[integrated].map(|degree| (integrated, degree))
+    }
+
+    /// Whether the torque on the field's body keeps its digits. It is made from differences of the R_i, which agree
+    /// more the further away a point is in sizes of that body; only the far kernel has them without cancellation.
+    fn turns(&self, integrated: usize, reach: f64) -> bool {
+        const SIZES: f64 = 30.0;
+        let size = self.bodies[1 - integrated].shape.circumradius();
+        reach < SIZES * size || matches!(self.kernel(integrated, MARGIN * reach), Kernel::Far(_))
     }
 
     /// Raises the degree until a rule agrees with a finer one.
@@ -147,11 +158,11 @@ impl Pair {
             .position(|&d| d >= in_use.unwrap_or(guess))
             .unwrap_or(LADDER.len() - 2)
             .min(LADDER.len() - 2);
-        self.adopt(integrated, LADDER[level], self.order(LADDER[level]), reach);
+        self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach);
         let mut coarse = self.scaled_interaction(pose);
         while level + 1 < LADDER.len() {
             let degree = LADDER[level + 1];
-            self.adopt(integrated, degree, self.order(degree), reach);
+            self.adopt(integrated, degree, self.order(integrated, degree), reach);
             let fine = self.scaled_interaction(pose);
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
@@ -162,7 +173,7 @@ impl Pair {
                 } else {
                     LADDER[level]
                 };
-                self.adopt(integrated, degree, self.order(degree), reach);
+                self.adopt(integrated, degree, self.order(integrated, degree), reach);
                 return Ok(());
             }
             coarse = fine;
@@ -191,14 +202,16 @@ impl Pair {
         reach: f64,
         fine: &Interaction,
     ) -> bool {
-        self.adopt(integrated, degree, self.order(degree), reach);
+        self.adopt(integrated, degree, self.order(integrated, degree), reach);
         self.difference(&self.scaled_interaction(pose), fine) <= 0.1 * self.tolerance
     }
 
-    fn order(&self, degree: usize) -> Order {
-        match self.method {
-            Method::Surface => Order::surface(degree),
-            _ => Order::focal(degree),
+    fn order(&self, integrated: usize, degree: usize) -> Order {
+        match self.carriers[integrated] {
+            Carrier::Pressures => Order::surface(degree),
+            // The density is of degree 2, the field's moments are by one higher than the potential's.
+            Carrier::Surface(_) => Order::surface(degree + 3),
+            Carrier::FocalEllipse | Carrier::Centre => Order::focal(degree),
         }
     }
 
@@ -211,16 +224,16 @@ impl Pair {
         {
             return;
         }
-        let nodes = self.nodes.get(order, self.carrier(integrated));
+        let nodes = self.nodes.get(order, self.carriers[integrated]);
         // Two spheres attract like points at any distance.
         let everywhere = nodes.len() == 1 && self.bodies[1 - integrated].focal_axes()[0] == 0.0;
-        let valid_from = if everywhere { 0.0 } else { 0.9 * reach };
+        let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
         let kernel = self.kernel(integrated, valid_from);
         self.rule = Some(Rule { integrated, order, degree, nodes, kernel, valid_from });
     }
 
-    /// Largest difference of two evaluations: of the force relative to its size; of the torques relative to theirs, or to a
-    /// hundredth of the force times the body's radius where symmetry makes them small.
+    /// Largest difference of two evaluations: of the force relative to its size; of the torques relative to theirs, or
+    /// to a hundredth of the force times the body's radius where symmetry makes them small.
     fn difference(&self, one: &Interaction, other: &Interaction) -> f64 {
         let force = one.force_on_first.norm();
         let torque = |a: &Vec3, b: &Vec3, body: usize| {
@@ -244,18 +257,6 @@ impl Pair {
         match (field.series.cut_for(kappa_min, 0.1 * self.tolerance), field.ellipsoid()) {
             (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
             (cut, _) => Kernel::Far(cut.unwrap_or_default()),
-        }
-    }
-
-    /// What stands for a body in the method's rule.
-    fn carrier(&self, integrated: usize) -> Carrier {
-        let set = &self.bodies[integrated];
-        if self.method == Method::Surface && set.ellipsoid().is_some() {
-            Carrier::Surface
-        } else if set.focal_axes()[0] > 0.0 {
-            Carrier::FocalEllipse
-        } else {
-            Carrier::Centre
         }
     }
 }

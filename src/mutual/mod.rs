@@ -6,7 +6,7 @@
 //! M_first + M_second + r x F_second = 0 holds to round-off.
 
 mod choice;
-mod focal;
+mod means;
 mod method;
 mod multipole;
 mod pair;

@@ -1,7 +1,7 @@
 //! A pair of bodies with a method, evaluated with the rule in force.
 
-use super::rule::{Kernel, NodeStore, Rule};
-use super::{Balance, Interaction, Method, Multipole, Pose, Roles, focal, surface};
+use super::rule::{Carrier, Kernel, NodeStore, Rule};
+use super::{Balance, Interaction, Method, Multipole, Pose, Roles, means, surface};
 use crate::gravity::{FarSeries, FieldKernel};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Order;
@@ -34,6 +34,11 @@ impl BodyGravity {
         }
     }
 
+    /// Semi-axes in the canonical frame; zeros for a point.
+    fn semi_axes(&self) -> [f64; 3] {
+        self.ellipsoid().map_or([0.0; 3], Ellipsoid::sorted)
+    }
+
     /// Semi-axes of the focal ellipse; zeros for a sphere or a point.
     pub(super) fn focal_axes(&self) -> [f64; 2] {
         self.ellipsoid().map_or([0.0; 2], Ellipsoid::focal_axes)
@@ -50,6 +55,8 @@ pub struct Pair {
     /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
     pub(super) unit: f64,
     pub(super) bodies: [BodyGravity; 2],
+    /// What stands for each body where it is the one that is integrated over.
+    pub(super) carriers: [Carrier; 2],
     multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
     pub(super) nodes: NodeStore,
@@ -75,6 +82,7 @@ impl Pair {
             Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
             _ => None,
         };
+        let carriers = [carrier(method, &bodies[0], &bodies[1]), carrier(method, &bodies[1], &bodies[0])];
         let points = bodies.iter().all(|body| body.shape == Shape::Point);
         Self {
             method: if points { Method::Point } else { method },
@@ -83,6 +91,7 @@ impl Pair {
             arch,
             unit,
             bodies,
+            carriers,
             multipole,
             rule: None,
             nodes: NodeStore::default(),
@@ -163,20 +172,20 @@ impl Pair {
     }
 
     fn balance(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> Balance {
-        match set.ellipsoid() {
-            Some(e) if self.method == Method::Surface => {
-                surface::force_and_torque(self.arch, kernel, &rule.nodes, e.sorted(), roles)
-            }
-            _ => focal::force_and_torque(self.arch, kernel, &rule.nodes, set.focal_axes(), roles),
+        let (arch, nodes) = (self.arch, &*rule.nodes);
+        match self.carriers[rule.integrated] {
+            Carrier::Pressures => surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles),
+            Carrier::Surface(semi_axes) => means::force_and_torque(arch, kernel, nodes, semi_axes, roles),
+            _ => means::force_and_torque(arch, kernel, nodes, set.focal_axes(), roles),
         }
     }
 
     fn potential(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> f64 {
-        match set.ellipsoid() {
-            Some(e) if self.method == Method::Surface => {
-                surface::mutual_potential(self.arch, kernel, &rule.nodes, e.sorted(), roles)
-            }
-            _ => focal::mean_potential(self.arch, kernel, &rule.nodes, set.focal_axes(), roles),
+        let (arch, nodes) = (self.arch, &*rule.nodes);
+        match self.carriers[rule.integrated] {
+            Carrier::Pressures => surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles),
+            Carrier::Surface(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
+            _ => means::mean_potential(arch, kernel, nodes, set.focal_axes(), roles),
         }
     }
 
@@ -192,6 +201,23 @@ impl Pair {
         };
         let to_field = field.canonical * rotation_field.transpose();
         Roles { origin: to_field * separation, turn: to_field * rotation_set * set.canonical.transpose() }
+    }
+}
+
+/// What stands for a body beside the one whose field is taken.
+fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
+    /// The difference of the paper's pressures across the shortest axis c loses up to 1.5 epsilon (a + a') / c of the
+    /// force, a and a' the longest semi-axes of both bodies: the default tolerance at thirty.
+    const PRESSURES_TELL: f64 = 30.0;
+    let semi_axes = set.semi_axes();
+    let [longest, _, shortest] = semi_axes;
+    match (method, set.ellipsoid()) {
+        (Method::Surface, Some(_)) if longest + field.semi_axes()[0] <= PRESSURES_TELL * shortest => {
+            Carrier::Pressures
+        }
+        (Method::Surface, Some(_)) => Carrier::Surface(semi_axes),
+        _ if set.focal_axes()[0] > 0.0 => Carrier::FocalEllipse,
+        _ => Carrier::Centre,
     }
 }
 

@@ -47,11 +47,13 @@ pub struct RuleMemory {
     pub valid_from: f64,
 }
 
-/// The points that stand for the body that is integrated over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What stands for the body that is integrated over.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Carrier {
-    /// Its surface.
-    Surface,
+    /// Its surface, by the potential: the paper's integrals.
+    Pressures,
+    /// Its surface, by the field; the semi-axes are in the canonical frame.
+    Surface([f64; 3]),
     /// Its focal ellipse.
     FocalEllipse,
     /// Its centre: a sphere, whose focal ellipse has shrunk to it, or a point mass.
@@ -68,7 +70,8 @@ impl NodeStore {
             return nodes.clone();
         }
         let nodes = Arc::new(match carrier {
-            Carrier::Surface => Nodes::sphere(order),
+            Carrier::Pressures => Nodes::sphere(order),
+            Carrier::Surface(semi_axes) => Nodes::surface(order, semi_axes),
             Carrier::FocalEllipse => Nodes::focal(order),
             Carrier::Centre => Nodes::centre(),
         });

@@ -10,6 +10,9 @@
 //! summed is the monopole beyond its linear part, and K - K(x_0) with K = Phi - 1/|x|, both without cancellation.
 //! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, without the
 //! round-off of the monopole's lever; with the rest it still makes up M_A + M_B + r x F_B = 0.
+//!
+//! F_i is a difference of pressures on opposite faces, divided by the distance of the faces. Bodies for which that
+//! loses too many digits are integrated over by the field instead: see [`super::means`].
 
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;

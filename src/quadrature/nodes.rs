@@ -30,6 +30,23 @@ impl Nodes {
         nodes.padded()
     }
 
+    /// Means over a homogeneous ellipsoid of functions that are harmonic in it, from its surface (a x, b y, c z) alone;
+    /// the nodes are those of the unit sphere.
+    ///
+    /// Green's second identity with P = 1 - sum y_i^2/a_i^2, which vanishes on the surface and whose Laplacian is
+    /// -2 sum 1/a_i^2, makes the mean of a harmonic h equal to 3 <h sum x_i^2/a_i^2> / sum 1/a_i^2, <.> the mean over the
+    /// sphere.
+    pub fn surface(order: Order, semi_axes: [f64; 3]) -> Self {
+        let shortest = semi_axes.into_iter().fold(f64::INFINITY, f64::min);
+        let share = semi_axes.map(|a| (shortest / a) * (shortest / a));
+        let sum: f64 = share.iter().sum();
+        let Self { points, mut weights, count } = Self::sphere(order);
+        for (k, weight) in weights.iter_mut().enumerate() {
+            *weight *= 3.0 * (0..3).map(|i| points[i][k] * points[i][k] * share[i]).sum::<f64>() / sum;
+        }
+        Self { points, weights, count }
+    }
+
     /// Means over the unit disc with density proportional to t = sqrt(1 - x^2 - y^2).
     ///
     /// With x = sqrt(1 - t^2) cos(alpha) the mean is int 3 t^2 dt over [0, 1] of the mean over alpha, which is even

@@ -24,10 +24,10 @@ pub struct Growth {
     pub factor: f64,
     /// Bound on the factor's relative error by the rounding of the separation and of the rotation matrices.
     ///
-    /// It is 8 epsilon (|r|/g + a_A + a_B) / (h_A + h_B) with the longest semi-axes a: rounding moves the surfaces by a share
-    /// of the longest axes, and counts in units of what the bodies measure along their common normal. Compact bodies
-    /// have 1e-14; discs of c/a = 1e-8 face to face, or crossed needles as thin, have 2e-7. A second-order term is added for bodies so
-    /// thin that rounding turns the normal.
+    /// It is 8 epsilon (|r|/g + a_A + a_B) / (h_A + h_B) with the longest semi-axes a: rounding moves the surfaces by a
+    /// share of the longest axes, and counts in units of what the bodies measure along their common normal. Compact
+    /// bodies have 1e-14; discs of c/a = 1e-8 face to face, or crossed needles as thin, have 2e-7. A second-order term
+    /// is added for bodies so thin that rounding turns the normal.
     pub uncertainty: f64,
 }
 
@@ -39,7 +39,8 @@ impl Growth {
 
     /// Whether the interiors of two bodies share a point; the names are for the error.
     ///
-    /// Bodies that touch within the uncertainty do not overlap. An error where it exceeds a thousandth and they may do either.
+    /// Bodies that touch within the uncertainty do not overlap. An error where it exceeds a thousandth and they may do
+    /// either.
     pub fn overlap(&self, first: &str, second: &str) -> Result<bool> {
         let depth = 1.0 - self.factor;
         if self.uncertainty > Self::TELLING && depth.abs() <= self.uncertainty {
@@ -160,11 +161,11 @@ impl Pair {
 
     /// The direction n and its factor for the weight t = e^u.
     ///
-    /// In the sum A + t B the square of a thin disc's short axis would drown beside that of a long one. But A + t B = K^T K,
-    /// where the rows of K = [diag(a) R_A^T; sqrt(t) diag(b) R_B^T] are the semi-axes. They are taken in a frame whose first
-    /// vector lies along the longest row, and the second along the longest remainder of the other rows; then each column
-    /// is divided by its largest entry. Three of the rows now form a triangle with ones on its diagonal, and no entry is
-    /// above one, so that det K^T K >= 1: the product may be formed and inverted.
+    /// In the sum A + t B the square of a thin disc's short axis would drown beside that of a long one. But A + t B =
+    /// K^T K, where the rows of K = [diag(a) R_A^T; sqrt(t) diag(b) R_B^T] are the semi-axes. They are taken in a frame
+    /// whose first vector lies along the longest row, and the second along the longest remainder of the other rows;
+    /// then each column is divided by its largest entry. Three of the rows now form a triangle with ones on its
+    /// diagonal, and no entry is above one, so that det K^T K >= 1: the product may be formed and inverted.
     fn trial(&self, u: f64) -> Trial {
         let root = (0.5 * u).exp();
         let [a, b, c] = self.bodies[0].vectors;
@@ -196,8 +197,8 @@ impl Pair {
         let [reach, shortest] = [|body: &Axes| body.longest, |body: &Axes| body.shortest]
             .map(|length| self.bodies.iter().map(length).sum::<f64>());
         let moved = 8.0 * f64::EPSILON * (1.0 / factor + reach);
-        // A displacement d of the centres adds d^T (A + t B)^-1 d t / (1 + t) to F. Bodies thinner than their rounding do not
-        // even define the frame's third vector.
+        // A displacement d of the centres adds d^T (A + t B)^-1 d t / (1 + t) to F. Bodies thinner than their rounding
+        // do not even define the frame's third vector.
         let thinnest = if moved < shortest {
             size.z * ((1.0 + root.powi(-2)) / inverse[(2, 2)]).sqrt()
         } else {

@@ -57,7 +57,10 @@ def macmillan(axes, r):
         a2, b2, c2 = (mpmath.mpf(v) ** 2 for v in axes)
         x2, y2, z2 = (mpmath.mpf(v) ** 2 for v in r)
         kappa = mpmath.findroot(
-            lambda k: x2 / (a2 + k) + y2 / (b2 + k) + z2 / (c2 + k) - 1, (x2 + y2 + z2 - c2, x2 + y2 + z2 - a2)
+            lambda k: x2 / (a2 + k) + y2 / (b2 + k) + z2 / (c2 + k) - 1,
+            (0, x2 + y2 + z2),
+            solver="bisect",
+            maxsteps=300,
         )
         omega = mpmath.asin(mpmath.sqrt((a2 - c2) / (a2 + kappa)))
         m = (a2 - b2) / (a2 - c2)
@@ -79,6 +82,14 @@ def macmillan(axes, r):
 def test_potential_is_the_papers(r):
     body = Body(Ellipsoid(1.0, 0.8, 0.5), mass=2.0)
     assert body.potential(r, G=3.0) == pytest.approx(6.0 * macmillan((1.0, 0.8, 0.5), r), rel=1e-14)
+
+
+@pytest.mark.parametrize("r", [(1e-5, -2e-5, 4e-6), (0.0, 0.0, 2.1e-6), (1e-6, 1e-3, 2e-5)])
+def test_potential_over_the_middle_of_a_flat_body(r):
+    """1/r is up to 3e5 times the potential there."""
+    axes = (1.0, 0.9, 2e-6)
+    body = Body(Ellipsoid(*axes), mass=2.0)
+    assert body.potential(r, G=3.0) == pytest.approx(6.0 * macmillan(axes, r), rel=1e-14)
 
 
 def test_nearly_equal_axes_lose_nothing():

@@ -1,6 +1,7 @@
 """Each room uses only those above it, and no files use each other: imports at the top, in functions and for types."""
 
 import ast
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -41,3 +42,69 @@ def test_python_rooms_use_only_those_above_them():
 def test_no_python_files_use_each_other():
     graph = {name: set(used(path)) for name, path in FILES.items()}
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(FILES)
+
+
+SRC = Path(__file__).parents[2] / "src"
+USE = r"(pub(?:\(\w+\))? )?\buse ([^;]+);"
+
+
+def leaves(tree):
+    """The paths of a use declaration: a::{b, c::{d, e}} has a::b, a::c::d and a::c::e."""
+    while group := re.search(r"([\w:]*)\{([^{}]*)\}", tree):
+        parts = [group[1] + part.strip() for part in group[2].split(",") if part.strip()]
+        tree = tree.replace(group[0], ", ".join(parts))
+    return [path.split(" as ")[0].strip() for path in tree.split(",")]
+
+
+def rust_imports():
+    """For each file of src, by its module's path, the files whose names it uses; re-exports are looked through."""
+    text = {
+        path.relative_to(SRC).with_suffix("").parts: re.sub(r"//.*", "", path.read_text()) for path in SRC.rglob("*.rs")
+    }
+    text = {name[:-1] if name[-1] in ("mod", "lib") else name: source for name, source in text.items()}
+
+    def resolve(module, path):
+        first, *rest = path.split("::")
+        start = {"crate": (), "self": module, "super": module[:-1]}.get(first)
+        if start is None:
+            return (*module, first, *rest) if (*module, first) in text else None
+        while rest and rest[0] == "super":
+            start, rest = start[:-1], rest[1:]
+        return (*start, *rest)
+
+    facade = {
+        (*module, path[-1]): path
+        for module, source in text.items()
+        for public, tree in re.findall(USE, source)
+        for path in (resolve(module, leaf) for leaf in leaves(tree))
+        if public and path
+    }
+    imports = {}
+    for module, source in text.items():
+        body = re.sub(USE, "", source)
+        paths = re.findall(r"\b(?:crate|super|self)(?:::\w+)+", body)
+        # A room's facade imports what it uses itself.
+        for public, tree in re.findall(USE, source):
+            paths += [leaf for leaf in leaves(tree) if not public or re.search(rf"\b{leaf.split('::')[-1]}\b", body)]
+        imports[module] = set()
+        for target in filter(None, (resolve(module, path) for path in paths)):
+            while target in facade:
+                target = facade[target]
+            while target not in text:
+                target = target[:-1]
+            imports[module] |= {target} - {module}
+    return imports
+
+
+def test_rust_rooms_use_only_those_above_them():
+    imports = rust_imports()
+    assert ("mutual", "pair") in imports["mutual", "choice"]
+    rooms = re.findall(r"^(?:pub )?mod (\w+);", (SRC / "lib.rs").read_text(), re.MULTILINE)
+    for module, targets in imports.items():
+        up = [target for target in targets if target and rooms.index(target[0]) > rooms.index(module[0])]
+        assert not up, f"{'::'.join(module)} uses {up}, which src/lib.rs lists below it"
+
+
+def test_no_rust_files_use_each_other():
+    # A circle is an error that names its files.
+    TopologicalSorter(rust_imports()).prepare()

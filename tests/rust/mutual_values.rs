@@ -1,7 +1,9 @@
 //! The interaction of a pair against values from elsewhere: arbitrary precision, MacMillan, MacCullagh, theory.
 
 use crate::gravity::paper_oblate;
-use crate::mutual::{Bodies, Outcome, any_bodies, any_pose, attitude_of, pose, run, same};
+use crate::mutual::{
+    Bodies, Outcome, any_bodies, any_pose, attitude_of, pose, run, same, same_by_own_levers,
+};
 use crate::support::*;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
@@ -44,6 +46,29 @@ fn reference_values() {
                         format!("{key} of {name} in lever times force"),
                     );
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn thin_and_tiny_bodies() {
+    // In 40 digits: tests/data/make_thin_forces.py. The force across a thin body is a tiny difference of pressures, the
+    // torque on a tiny one a tiny share of its lever to the other's centre.
+    for case in data("thin_forces.json").as_array().unwrap() {
+        let bodies = Bodies { a: triple(&case["axes_a"]), b: triple(&case["axes_b"]) };
+        let pose =
+            pose(vector(&case["separation"]), attitude(&case["angles_a"]), attitude(&case["angles_b"]));
+        let f = Interaction {
+            force_on_first: vector(&case["force_on_a_inertial"]),
+            torque_first: vector(&case["torque_on_a_body"]),
+            torque_second: vector(&case["torque_on_b_body"]),
+        };
+        let expected = Outcome { f, energy: number(&case["potential_energy"]), integrated: 0, nodes: 0 };
+        for path in VectorPath::available() {
+            for method in [Method::Surface, Method::Focal] {
+                let actual = bodies.evaluate(method, 1e-14, path, &pose).unwrap();
+                same_by_own_levers(&actual, &expected, &bodies, 1e-14, format!("{}, {method}", case["name"]));
             }
         }
     }

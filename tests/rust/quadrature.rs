@@ -63,6 +63,52 @@ fn sphere_rule_is_exact_to_its_degree_and_no_further() {
 }
 
 #[test]
+fn surface_rule_has_the_means_of_harmonic_polynomials_over_the_ellipsoid() {
+    // The mean of y_1^i y_2^j y_3^k over an ellipsoid is that over the unit sphere, times 3/(i + j + k + 3), times a^i b^j c^k.
+    let volume_mean = |axes: [f64; 3], powers: [usize; 3]| {
+        let stretch: f64 = (0..3).map(|i| axes[i].powi(powers[i] as i32)).product();
+        sphere_mean(powers) * 3.0 / (powers.iter().sum::<usize>() + 3) as f64 * stretch
+    };
+    type Polynomial = &'static [(f64, [usize; 3])];
+    let harmonic: [Polynomial; 6] = [
+        &[(1.0, [0, 0, 0])],
+        &[(1.0, [2, 0, 0]), (-1.0, [0, 2, 0])],
+        &[(2.0, [0, 0, 2]), (-1.0, [2, 0, 0]), (-1.0, [0, 2, 0])],
+        &[(1.0, [4, 0, 0]), (-6.0, [2, 2, 0]), (1.0, [0, 4, 0])],
+        &[
+            (8.0, [0, 0, 4]),
+            (-24.0, [2, 0, 2]),
+            (-24.0, [0, 2, 2]),
+            (3.0, [4, 0, 0]),
+            (6.0, [2, 2, 0]),
+            (3.0, [0, 4, 0]),
+        ],
+        &[
+            (1.0, [2, 0, 4]),
+            (-1.0, [0, 2, 4]),
+            (-1.0, [4, 0, 2]),
+            (1.0, [0, 4, 2]),
+            (1.0 / 15.0, [6, 0, 0]),
+            (-1.0 / 15.0, [0, 6, 0]),
+        ],
+    ];
+    for axes in [[1.0, 1.0, 1.0], [1.0, 0.7, 0.4], [1.0, 1e-3, 1e-6], [1.0, 1.0, 1e-8]] {
+        let nodes = Nodes::surface(Order::surface(9), axes);
+        for polynomial in harmonic {
+            let mut error = 0.0;
+            let mut size = 0.0;
+            for (coefficient, powers) in polynomial {
+                let stretch: f64 = (0..3).map(|i| axes[i].powi(powers[i] as i32)).product();
+                error += coefficient * (mean(&nodes, *powers) * stretch - volume_mean(axes, *powers));
+                size += (coefficient * stretch).abs();
+            }
+            within(error.abs() / size, 1e-15, format!("{polynomial:?} in {axes:?}"));
+        }
+        assert!(nodes.weights.iter().all(|w| *w >= 0.0));
+    }
+}
+
+#[test]
 fn focal_rule_is_exact_to_its_degree_and_no_further() {
     for degree in [0, 1, 2, 3, 4, 5, 8, 11, 16, 21, 30] {
         let order = Order::focal(degree);

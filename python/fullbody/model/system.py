@@ -34,7 +34,10 @@ class BaseSystem(Tabled):
         ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
         ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
     gravity_tolerance : float
-        Of the quadrature, relative to the force; torques are good to about ten times that of their own size.
+        Of the quadrature: relative to the size of the force, and for the torque on a body to the force times its
+        longest semi-axis; at worst three times that. Rounding leaves 2e-14 of either. The energy by ``"surface"`` may
+        be off by thirty times the tolerance where surfaces nearly touch. Where the quadrature cannot do it the answer
+        is :class:`NotConverged`.
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass) or bool, optional

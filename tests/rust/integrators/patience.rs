@@ -87,8 +87,7 @@ fn parts_make_a_whole() {
     let simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
     let mut dynamics = simulation.dynamics().clone();
     assert!(dynamics.parts() > 1);
-    let (_, vector, _) =
-        fullbody::dynamics::BarycentricFrame::new(system.layout(), &system.masses(), &state);
+    let (_, vector, _) = fullbody::dynamics::BarycentricFrame::new(system.layout(), &system.masses(), &state);
     (0..dynamics.parts()).for_each(|part| dynamics.load(part, &vector).unwrap());
     let expected = system.interactions(&state, &mut Patience::endless()).unwrap();
     let largest = expected.force.iter().map(|force| force.norm()).fold(0.0, f64::max);

@@ -1,0 +1,153 @@
+//! A body's attraction as the mean of the other body's g, r x g and Phi over points that stand for it.
+//!
+//! All three are harmonic functions within a body that the other one does not touch. Their means over a homogeneous
+//! ellipsoid are means over less of it, and by the third law they are the force, torque and energy of the pair.
+//!
+//! Focal rule: outside itself, an ellipsoid (a >= b >= c) attracts like its focal ellipse, x^2/(a^2-c^2) + y^2/(b^2-c^2)
+//! <= 1, carrying mass in proportion to sqrt(1 - x^2/(a^2-c^2) - y^2/(b^2-c^2)): Maclaurin's theorem on confocal
+//! ellipsoids, taken to the flattest of the family.
+//!
+//! Surface: by Green's second identity an ellipsoid attracts like its surface y = (a u, b v, c w) over the unit sphere,
+//! carrying mass in proportion to u^2/a^2 + v^2/b^2 + w^2/c^2 per solid angle; see [`Nodes::surface`]. These are the
+//! paper's surface integrals in another form. In its own, the force across a thin or small body is a difference of
+//! pressures that are nearly equal on both faces, divided by the thickness; this one has terms of one sign.
+
+use super::{Balance, Roles};
+use crate::gravity::FieldKernel;
+use crate::math::Vec3;
+use crate::math::lanes::{Lanes, Total, splat_vector, total_vector};
+use crate::quadrature::Nodes;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Force and torques; `semi_axes` turn the nodes' coordinates into the body's canonical frame.
+pub(super) fn force_and_torque<const D: usize>(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    semi_axes: [f64; D],
+    roles: &Roles,
+) -> Balance {
+    let axes = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
+    let sums = arch.dispatch(ForceSum::<_, D> { kernel, nodes, origin: roles.origin, axes });
+    Balance {
+        force: sums.force,
+        torque: (1..D).fold(axes[0].cross(&sums.moment[0]), |sum, k| sum + axes[k].cross(&sums.moment[k])),
+        torque_field: sums.torque_field,
+    }
+}
+
+/// Mean of Phi.
+pub(super) fn mean_potential<const D: usize>(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    semi_axes: [f64; D],
+    roles: &Roles,
+) -> f64 {
+    let axes = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
+    arch.dispatch(PotentialSum::<_, D> { kernel, nodes, origin: roles.origin, axes })
+}
+
+struct ForceSum<'a, K, const D: usize> {
+    kernel: K,
+    nodes: &'a Nodes,
+    origin: Vec3,
+    axes: [Vec3; D],
+}
+
+struct Sums<const D: usize> {
+    /// Mean of g.
+    force: Vec3,
+    /// Means of y_k g, y the node.
+    moment: [Vec3; D],
+    /// Mean of -x cross g.
+    torque_field: Vec3,
+}
+
+impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
+    type Output = Sums<D>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Sums<D> {
+        let [u, v, w] = &self.nodes.points;
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let place = Place::new(simd, &self.origin, &self.axes);
+        let zero = Total::zero(simd);
+        let (mut force, mut moments, mut torque) = ([zero; 3], [[zero; 3]; D], [zero; 3]);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let y = [u, v, w];
+            let x = place.of(y);
+            let field = self.kernel.field(x);
+            let wx = [weight * x[0], weight * x[1], weight * x[2]];
+            for i in 0..3 {
+                let pull = wx[i] * field.rd[i];
+                force[i].add_product(wx[i], field.rd[i]);
+                for k in 0..D {
+                    moments[k][i].add_product(pull, y[k]);
+                }
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                torque[i].add_product(wx[j] * x[k], field.rd_difference[i]);
+            }
+        }
+        let mut moment = [Vec3::zeros(); D];
+        for k in 0..D {
+            moment[k] = -total_vector(moments[k]);
+        }
+        Sums { force: -total_vector(force), moment, torque_field: total_vector(torque) }
+    }
+}
+
+struct PotentialSum<'a, K, const D: usize> {
+    kernel: K,
+    nodes: &'a Nodes,
+    origin: Vec3,
+    axes: [Vec3; D],
+}
+
+impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let [u, v, w] = &self.nodes.points;
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let place = Place::new(simd, &self.origin, &self.axes);
+        let mut sum = Total::zero(simd);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            sum.add_product(weight, self.kernel.potential(place.of([u, v, w])));
+        }
+        sum.value()
+    }
+}
+
+/// Where the nodes are, from the field body's centre.
+#[derive(Clone, Copy)]
+struct Place<S: Simd, const D: usize> {
+    origin: [Lanes<S>; 3],
+    axes: [[Lanes<S>; 3]; D],
+}
+
+impl<S: Simd, const D: usize> Place<S, D> {
+    #[inline(always)]
+    fn new(simd: S, origin: &Vec3, vectors: &[Vec3; D]) -> Self {
+        let origin = splat_vector(simd, origin);
+        let mut axes = [origin; D];
+        for k in 0..D {
+            axes[k] = splat_vector(simd, &vectors[k]);
+        }
+        Self { origin, axes }
+    }
+
+    #[inline(always)]
+    fn of(self, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let mut x = self.origin;
+        for k in (0..D).rev() {
+            for i in 0..3 {
+                x[i] = self.axes[k][i].mul_add(y[k], x[i]);
+            }
+        }
+        x
+    }
+}
