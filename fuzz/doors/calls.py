@@ -29,10 +29,6 @@ _TEXTS = ["1 km", "2.5 h", "3 deg", "1 kg", "nan km", "1e400 m", "km", "", "Alph
 _TEXTS += ["multipole:-2", "multipole:99", "multipole:x", "surface", "tait_bryan", "portable", "avx2", "é\0", "\ud800"]
 
 
-def _plain(value: Any) -> bool:
-    return True
-
-
 #: Anything at all.
 _ANY = st.one_of(
     _NUMBERS,
@@ -43,7 +39,13 @@ _ANY = st.one_of(
         [
             *(decimal.Decimal("1.5"), decimal.Decimal("nan"), fractions.Fraction(1, 3), datetime.date(2020, 1, 1)),
             *(np.float32(1.5), np.int8(3), np.bool_(True), np.str_("a"), np.datetime64("2020-01-01"), np.longdouble(2)),
-            *(np.ma.masked, np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0]), np.array(None), np.array("a"), np.zeros((0, 3))),
+            *(
+                np.ma.masked,
+                np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0]),
+                np.array(None),
+                np.array("a"),
+                np.zeros((0, 3)),
+            ),
             *(u.km, 1 * u.km, [1, 2, 3] * u.km, [1 * u.km, 2 * u.s, 3], np.array([[1, 2], [3]], dtype=object)),
         ]
     ),

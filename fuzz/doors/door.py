@@ -66,8 +66,8 @@ def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Calla
                 try:
                     read(path)
                 except fullbody.FullbodyError as error:
-                    assert str(path) in str(error), f"the error does not name the file: {error}"
-                    raise
+                    if str(path) not in str(error):
+                        raise AssertionError(f"the error does not name the file: {error}") from error
 
     return Door(name, inputs, enter, suffix)
 
@@ -82,7 +82,7 @@ def check_finite(*values: Any) -> None:
 def check_object(value: Any) -> None:
     """Refuse what has no text, is not equal to itself, or does not survive a pickle."""
     assert repr(value)
-    assert value == value  # noqa: PLR0124
+    assert value == value
     assert pickle.loads(pickle.dumps(value)) == value
 
 
