@@ -55,6 +55,13 @@ def refusing() -> Iterator[None]:
             yield
 
 
+class Content(bytes):
+    """What is in a file; told by its length, where hypothesis would print all of it."""
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} bytes>"
+
+
 def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Callable[[Path], Any]) -> Door:
     """A door for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
 
@@ -69,7 +76,7 @@ def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Calla
                     if str(path) not in str(error):
                         raise AssertionError(f"the error does not name the file: {error}") from error
 
-    return Door(name, inputs, enter, suffix)
+    return Door(name, inputs.map(Content), enter, suffix)
 
 
 def check_finite(*values: Any) -> None:
