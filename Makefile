@@ -6,6 +6,10 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PYTHON ?= python3
 REPORT ?= out/reproduce
+# What the hunt for faults has, and its parts, each of which gets its share of it.
+FUZZ_MINUTES ?= 60
+FUZZ_PARTS   := fuzz-python
+FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # Of the report, which draws and measures with all of the package.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
@@ -15,7 +19,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce test test-rust test-python check fmt docs bench clean
+.PHONY: help kw4 film reproduce test test-rust test-python check fmt docs bench fuzz $(FUZZ_PARTS) clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -51,15 +55,15 @@ check: $(VENV)/.dev  ## formats, lints, types, stubs
 	cargo fmt --check
 	cargo clippy --no-default-features --all-targets -- -D warnings
 	cargo clippy --features python -- -D warnings
-	$(BIN)/ruff format --check python reproduction tests benches
-	$(BIN)/ruff check python reproduction tests benches
+	$(BIN)/ruff format --check python reproduction tests benches fuzz
+	$(BIN)/ruff check python reproduction tests benches fuzz
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything
 	cargo fmt
-	$(BIN)/ruff format python reproduction tests benches
-	$(BIN)/ruff check --fix python reproduction tests benches
+	$(BIN)/ruff format python reproduction tests benches fuzz
+	$(BIN)/ruff check --fix python reproduction tests benches fuzz
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
@@ -79,6 +83,11 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/work_precision.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/head_on.py
+
+fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
+
+fuzz-python: $(VENV)/.dev
+	PYTHONPATH=fuzz $(BIN)/python -m doors --minutes $(FUZZ_SHARE)
 
 clean:  ## removes what was built
 	rm -rf target $(VENV) out dist docs/_extra docs/notebooks

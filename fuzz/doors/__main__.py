@@ -79,6 +79,8 @@ def batch(name: str, number: int, folder: Path) -> None:
         database=None,
         suppress_health_check=list(HealthCheck),
         phases=(Phase.generate, Phase.shrink),
+        # One fault a batch, so that the last input is the one of the fault that is told.
+        report_multiple_bugs=False,
     )
     @given(door.inputs)
     def enter(value: Any) -> None:

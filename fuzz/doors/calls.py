@@ -29,10 +29,6 @@ _TEXTS = ["1 km", "2.5 h", "3 deg", "1 kg", "nan km", "1e400 m", "km", "", "Alph
 _TEXTS += ["multipole:-2", "multipole:99", "multipole:x", "surface", "tait_bryan", "portable", "avx2", "é\0", "\ud800"]
 
 
-def _plain(value: Any) -> bool:
-    return True
-
-
 #: Anything at all.
 _ANY = st.one_of(
     _NUMBERS,

@@ -173,7 +173,7 @@ def _write_variable(draw: Any, file: h5py.File, name: str) -> None:
         case "shape":
             numbers = variable[()]
             del file[name]
-            shape = draw(st.lists(st.integers(0, 4) | st.just(10**6), max_size=4))
+            shape = draw(st.lists(st.integers(0, 4) | st.just(10**4), max_size=4))
             if draw(st.booleans()):
                 file.create_dataset(name, tuple(shape), "f8")
             else:
@@ -187,10 +187,9 @@ def _load(path: Path) -> None:
     for values in run._record.values():
         check_finite(values)
     check_object(run)
-    check_finite(run.energy_drift, run.angular_momentum_drift)
     assert len(run) == len(run.time) == len(list(run))
     assert np.abs(np.linalg.norm(run.attitude, axis=-1) - 1.0).max(initial=0.0) < 2e-6
-    assert [happened.event for happened in run.events] is not None
+    check_finite(*(happened.state.position for happened in run.events))
     again = path.with_name("again.nc")
     run.save(again)
     assert fullbody.load(again) == run

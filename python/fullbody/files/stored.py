@@ -181,8 +181,7 @@ def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> No
 
 def check_unit(attitudes: npt.NDArray[np.float64], name: str) -> None:
     """Refuse quaternions that are not of length one, as far as single precision holds that."""
-    with np.errstate(over="ignore"):
-        lengths = np.sqrt((attitudes**2).sum(axis=-1))
+    lengths = np.hypot.reduce(attitudes, axis=-1)
     wrong = np.abs(lengths - 1.0) > 1e-6
     if wrong.any():
         place = tuple(np.argwhere(wrong)[0].tolist())
