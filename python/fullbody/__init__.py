@@ -48,10 +48,7 @@ from .toml_setup import Setup, read_toml
 from .track import Track
 
 if _typing.TYPE_CHECKING:
-    from . import cli as cli
-    from . import paper as paper
     from . import plots, view
-    from . import reproduce as reproduce
 
     __version__: str
 else:
@@ -68,6 +65,9 @@ else:
 
             return import_module(f".{name}", __name__)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+del _typing
 
 
 __all__ = [

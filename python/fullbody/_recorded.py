@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InvalidInput
+from .typing import Array
 
 if TYPE_CHECKING:
     from .system import System
@@ -21,11 +22,12 @@ class Recorded:
     system: System
     _record: dict[str, npt.NDArray[np.float64]]
 
-    def _get(self, name: str, dimension: str) -> Any:
-        return self.system._units.attach(self._record[name], dimension)
+    def _get(self, name: str, dimension: str) -> Array:
+        values: Array = self.system._units.attach(self._record[name], dimension)
+        return values
 
     @property
-    def time(self) -> Any:
+    def time(self) -> Array:
         """Times (K,)."""
         return self._get("time", "time")
 
@@ -39,50 +41,51 @@ class Recorded:
         return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
 
     @property
-    def position(self) -> Any:
+    def position(self) -> Array:
         """Centres (K, N, 3), inertial."""
         return self._get("position", "length")
 
     @property
-    def velocity(self) -> Any:
+    def velocity(self) -> Array:
         """Velocities (K, N, 3), inertial."""
         return self._get("velocity", "velocity")
 
     @property
-    def attitude(self) -> Any:
+    def attitude(self) -> npt.NDArray[np.float64]:
         """Unit quaternions (K, N, 4), ``[w, x, y, z]``."""
         return self._record["attitude"]
 
     @property
-    def spin(self) -> Any:
+    def spin(self) -> Array:
         """Angular velocities (K, N, 3), body frames."""
         return self._get("spin", "spin")
 
     @property
-    def energy(self) -> Any:
+    def energy(self) -> Array:
         """Total energy (K,)."""
         return self._energy(0)
 
     @property
-    def translational_energy(self) -> Any:
+    def translational_energy(self) -> Array:
         """Kinetic energy of the centres (K,)."""
         return self._energy(1)
 
     @property
-    def rotational_energy(self) -> Any:
+    def rotational_energy(self) -> Array:
         """Kinetic energy of the spins (K,)."""
         return self._energy(2)
 
     @property
-    def potential_energy(self) -> Any:
+    def potential_energy(self) -> Array:
         """Potential energy (K,), negative."""
         return self._energy(3)
 
-    def _energy(self, part: int) -> Any:
-        return self.system._units.attach(self._record["energy"][:, part], "energy")
+    def _energy(self, part: int) -> Array:
+        values: Array = self.system._units.attach(self._record["energy"][:, part], "energy")
+        return values
 
     @property
-    def angular_momentum(self) -> Any:
+    def angular_momentum(self) -> Array:
         """Total angular momentum (K, 3) about the origin, inertial.
 
         Formed about the barycentre, whose own constant part is added: it loses no digits as the system travels.

@@ -20,6 +20,7 @@ from ._records import Alike
 from ._units import gathered, numbers, scalar
 from .errors import InvalidInput
 from .state import State
+from .typing import Scalar
 
 if TYPE_CHECKING:
     from .system import System
@@ -297,7 +298,7 @@ class Occurrence:
     """
 
     event: Event
-    time: Any
+    time: Scalar
     state: State
 
 

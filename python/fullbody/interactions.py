@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ._records import Alike, Record, block
+from .typing import Array, Scalar
 
 __all__ = ["Energy", "Interactions"]
 
@@ -24,9 +24,9 @@ class Interactions(Record):
         Negative: minus the paper's U.
     """
 
-    force: Any
-    torque: Any
-    potential_energy: Any
+    force: Array
+    torque: Array
+    potential_energy: Scalar
 
     def _repr_html_(self) -> str:
         from . import tables
@@ -46,10 +46,10 @@ class Energy(Alike):
     total, translational, rotational, potential : float or Quantity
     """
 
-    total: Any
-    translational: Any
-    rotational: Any
-    potential: Any
+    total: Scalar
+    translational: Scalar
+    rotational: Scalar
+    potential: Scalar
 
     def _repr_html_(self) -> str:
         from . import tables

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,10 @@ from .errors import InvalidInput
 from .integrators import Integrator, rebuild
 from .run import Run, Statistics
 from .system import System
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 __all__ = ["load", "save", "to_pandas", "to_xarray"]
 
@@ -44,7 +48,7 @@ _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reas
 SUFFIXES = (".nc", ".nc4")
 
 
-def to_xarray(run: Run) -> Any:
+def to_xarray(run: Run) -> xarray.Dataset:
     """The run as an ``xarray.Dataset``; see :meth:`fullbody.Run.to_xarray`."""
     with need("data", "a run as a dataset"):
         import xarray as xr
@@ -91,7 +95,7 @@ def netcdf() -> Any:
     return xr
 
 
-def to_pandas(run: Run) -> Any:
+def to_pandas(run: Run) -> pandas.DataFrame:
     """The run as a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
     with need("data", "a run as a table"):
         import pandas as pd

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
@@ -18,9 +18,13 @@ from .errors import InvalidInput
 from .integrators import Integrator
 from .state import State
 from .track import Track
+from .typing import Array
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas
+    import xarray
 
     from .events import Occurrence
     from .plots import Plots
@@ -103,7 +107,7 @@ class Run(Recorded):
         run.events = list(run.events)
         return run
 
-    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
+    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements[Array]:
         """Osculating elements of one body about another.
 
         Parameters
@@ -141,6 +145,10 @@ class Run(Recorded):
             [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.system.frame
         )
 
+    @overload
+    def __call__(self, time: float | str) -> State: ...
+    @overload
+    def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
         """The state at any time of a run with ``dense=True``; see :class:`Dense`.
 
@@ -162,7 +170,8 @@ class Run(Recorded):
         """
         if self.dense is None:
             raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
-        return self.dense(time)
+        found: State | Samples = self.dense(time)
+        return found
 
     def __len__(self) -> int:
         return len(self._record["time"])
@@ -262,7 +271,7 @@ class Run(Recorded):
 
         return View(self, samples=samples)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> xarray.Dataset:
         """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.
 
         Returns
@@ -284,7 +293,7 @@ class Run(Recorded):
 
         return to_xarray(self)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """The run as a ``pandas.DataFrame``: a row a sample, a column a number.
 
         Returns

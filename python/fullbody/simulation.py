@@ -26,6 +26,7 @@ from .integrators import Integrator, Verner98, rebuild
 from .run import Run, Statistics
 from .state import State
 from .system import System
+from .typing import Scalar
 
 __all__ = ["Simulation"]
 
@@ -110,9 +111,10 @@ class Simulation:
         return self._integrator
 
     @property
-    def time(self) -> Any:
+    def time(self) -> Scalar:
         """Present time."""
-        return self._system._units.attach(self._core.time, "time")
+        time: Scalar = self._system._units.attach(self._core.time, "time")
+        return time
 
     @property
     def state(self) -> State:

@@ -17,6 +17,7 @@ from .events import Event
 from .integrators import Integrator
 from .interactions import Energy, Interactions
 from .state import State
+from .typing import Array, Scalar
 
 if TYPE_CHECKING:
     from .run import Run
@@ -131,9 +132,10 @@ class System:
         return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
 
     @property
-    def G(self) -> Any:
+    def G(self) -> Scalar:
         """Gravitational constant."""
-        return self._units.attach(self._G, "G")
+        constant: Scalar = self._units.attach(self._G, "G")
+        return constant
 
     @property
     def units(self) -> tuple[str, str, str] | None:
@@ -166,12 +168,13 @@ class System:
         return dict(self._options)
 
     @property
-    def masses(self) -> Any:
+    def masses(self) -> Array:
         """Masses (N,)."""
         values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
-        return self._units.attach(np.array(values), "mass")
+        masses: Array = self._units.attach(np.array(values), "mass")
+        return masses
 
-    def mu(self, i: int | str = 0, j: int | str = 1) -> Any:
+    def mu(self, i: int | str = 0, j: int | str = 1) -> Scalar:
         """G times the sum of two masses.
 
         Parameters
@@ -285,13 +288,16 @@ class System:
             parts = self._core.energy(core)
         return Energy(*(self._units.attach(part, "energy") for part in parts))
 
-    def momentum(self, state: State) -> Any:
+    def momentum(self, state: State) -> Array:
         """Total momentum (3,), inertial."""
-        return self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+        momentum: Array = self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+        return momentum
 
-    def angular_momentum(self, state: State) -> Any:
+    def angular_momentum(self, state: State) -> Array:
         """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
-        return self._units.attach(self._core.angular_momentum(self._strip(state)), "angular momentum")
+        momentum = self._core.angular_momentum(self._strip(state))
+        total: Array = self._units.attach(momentum, "angular momentum")
+        return total
 
     def integrate(
         self,

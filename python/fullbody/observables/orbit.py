@@ -12,6 +12,7 @@ from .._arguments import named_options
 from .._records import Record
 from ..elements import KeplerElements
 from ..errors import InvalidInput
+from ..typing import Array, Scalar
 from . import _signal as signal
 from ._follow import Path
 from ._view import REVOLUTIONS, WINDOWED, View
@@ -45,9 +46,9 @@ class ElementRates(Record):
         rule a small eccentricity, varpi and M alone mean little.
     """
 
-    elements: KeplerElements
-    rates: dict[str, Any]
-    mean_rates: dict[str, Any]
+    elements: KeplerElements[Array]
+    rates: dict[str, Array]
+    mean_rates: dict[str, Scalar]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,9 +70,9 @@ class MutualPeriod(Record):
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
 
-    time: Any
-    period: Any
-    mean: Any
+    time: Array
+    period: Array
+    mean: Scalar
     drift: float
 
 
@@ -96,11 +97,11 @@ class Precession(Record):
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
 
-    apsidal: Any
-    nodal: Any
-    anomalistic_period: Any
-    sidereal_period: Any
-    inclination: Any
+    apsidal: Scalar | None
+    nodal: Scalar | None
+    anomalistic_period: Scalar | None
+    sidereal_period: Scalar
+    inclination: Array
 
 
 @named_options

@@ -9,7 +9,12 @@ from .._arguments import named_options
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
+
     from ..run import Run
+    from ._style import ArrayOfAxes
 
 __all__ = ["Plots"]
 
@@ -44,7 +49,7 @@ class Plots:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Any:
+    def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Figure:
         """One page: orbit, elements, spins, angles, conservation.
 
         Parameters
@@ -61,11 +66,12 @@ class Plots:
         from .summary import summary
 
         places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
-        return summary(self._run, figure, **places)
+        page: Figure = summary(self._run, figure, **places)
+        return page
 
     def orbit(
         self, ax: Any = None, *, primary: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
-    ) -> Any:
+    ) -> Axes:
         """Paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
 
         Parameters
@@ -90,11 +96,14 @@ class Plots:
         """
         from .orbit import orbit
 
-        return orbit(self._run, ax, primary=self._place(primary, "primary"), plane=plane, shapes=shapes, **kwargs)
+        drawn: Axes = orbit(
+            self._run, ax, primary=self._place(primary, "primary"), plane=plane, shapes=shapes, **kwargs
+        )
+        return drawn
 
     def elements(
         self, ax: Any = None, *, mu: Any = None, primary: int | str = 0, secondary: int | str = 1, **kwargs: Any
-    ) -> Any:
+    ) -> ArrayOfAxes:
         """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
 
         Parameters
@@ -113,11 +122,12 @@ class Plots:
         from .elements import elements
 
         places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
-        return elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
+        drawn: ArrayOfAxes = elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
+        return drawn
 
     def spins(
         self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
-    ) -> Any:
+    ) -> ArrayOfAxes:
         """Angular velocities against time, a panel a body.
 
         Parameters
@@ -137,9 +147,12 @@ class Plots:
         """
         from .spins import spins
 
-        return spins(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs)
+        drawn: ArrayOfAxes = spins(
+            self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs
+        )
+        return drawn
 
-    def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> Any:
+    def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
         """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
 
         Parameters
@@ -157,9 +170,10 @@ class Plots:
         """
         from .angles import angles
 
-        return angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
+        drawn: ArrayOfAxes = angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
+        return drawn
 
-    def energy(self, ax: Any = None, **kwargs: Any) -> Any:
+    def energy(self, ax: Any = None, **kwargs: Any) -> Axes:
         """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.
 
         Parameters
@@ -178,9 +192,10 @@ class Plots:
         """
         from .energy import energy
 
-        return energy(self._run, ax, **kwargs)
+        drawn: Axes = energy(self._run, ax, **kwargs)
+        return drawn
 
-    def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Any:
+    def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Axes3D:
         """The bodies in 3D with their axes at a time.
 
         Parameters
@@ -206,7 +221,8 @@ class Plots:
         """
         from .scene import scene
 
-        return scene(self._run, time, ax, path=path, **kwargs)
+        drawn: Axes3D = scene(self._run, time, ax, path=path, **kwargs)
+        return drawn
 
     def _place(self, body: Any, what: str) -> Any:
         """The place of a named body; anything else as it is."""
