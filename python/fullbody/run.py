@@ -107,14 +107,14 @@ class Run(Recorded):
         run.events = list(run.events)
         return run
 
-    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements[Array]:
+    def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
         """Osculating elements of one body about another.
 
         Parameters
         ----------
         mu : float or Quantity, optional
             G times the sum of the two masses, unless given.
-        primary, secondary : int or str
+        body, about : int or str
             Places in the system, or names.
 
         Returns
@@ -130,14 +130,13 @@ class Run(Recorded):
         (11,)
         """
         units = self.system._units
-        primary = self.system._place(primary, "primary")
-        secondary = self.system._place(secondary, "secondary")
-        mu = self.system.mu(primary, secondary) if mu is None else mu
+        body, about = self.system._place(body, "body"), self.system._place(about, "about")
+        mu = self.system.mu(body, about) if mu is None else mu
         number = units.number(mu, "mu", "mu")
         position, velocity = self._record["position"], self._record["velocity"]
         rows = _core.cartesian_to_elements(
-            np.ascontiguousarray(position[:, secondary] - position[:, primary]),
-            np.ascontiguousarray(velocity[:, secondary] - velocity[:, primary]),
+            np.ascontiguousarray(position[:, body] - position[:, about]),
+            np.ascontiguousarray(velocity[:, body] - velocity[:, about]),
             number,
         )
         a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)

@@ -174,18 +174,20 @@ class System:
         masses: Array = self._units.attach(np.array(values), "mass")
         return masses
 
-    def mu(self, i: int | str = 0, j: int | str = 1) -> Scalar:
+    def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """G times the sum of two masses.
 
         Parameters
         ----------
-        i, j : int or str
+        body, about : int or str
             Places in :attr:`bodies`, or names, of two bodies.
         """
-        masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
-        first, second = self._place(i, "i"), self._place(j, "j")
+        masses = [each._core(self._units, k).mass for k, each in enumerate(self._bodies)]
+        first, second = self._place(body, "body"), self._place(about, "about")
         if first == second:
-            raise InvalidInput(f"i and j are {i!r} and {j!r}, both {self.names[first]}; expected two bodies")
+            raise InvalidInput(
+                f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
+            )
         return self._units.attach_mu(self._G * (masses[first] + masses[second]))
 
     def index(self, body: int | str) -> int:

@@ -135,7 +135,7 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
     17.1
     """
     view = View(run, body, about, 3, "a mean rate", REVOLUTIONS)
-    elements = run.elements(mu, primary=about, secondary=body)
+    elements = run.elements(mu, body=body, about=about)
     columns: dict[str, Any] = {}
     rates: dict[str, Any] = {}
     means: dict[str, Any] = {}

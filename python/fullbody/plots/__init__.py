@@ -49,14 +49,14 @@ class Plots:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Figure:
+    def __call__(self, figure: Any = None, *, body: int | str = 1, about: int | str = 0) -> Figure:
         """One page: orbit, elements, spins, angles, conservation.
 
         Parameters
         ----------
         figure : matplotlib Figure or SubFigure, optional
-        primary, secondary : int or str
-            Bodies whose orbit is shown; places in the system, or names.
+        body, about : int or str
+            Whose orbit about whom is shown; places in the system, or names.
 
         Returns
         -------
@@ -65,19 +65,19 @@ class Plots:
         """
         from .summary import summary
 
-        places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
+        places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
         page: Figure = summary(self._run, figure, **places)
         return page
 
     def orbit(
-        self, ax: Any = None, *, primary: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
+        self, ax: Any = None, *, about: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
     ) -> Axes:
         """Paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
-        primary : int or str
+        about : int or str
             The body at the origin; its place in the system, or its name.
         plane : {"xy", "xz", "yz"}
         shapes : bool
@@ -96,13 +96,11 @@ class Plots:
         """
         from .orbit import orbit
 
-        drawn: Axes = orbit(
-            self._run, ax, primary=self._place(primary, "primary"), plane=plane, shapes=shapes, **kwargs
-        )
+        drawn: Axes = orbit(self._run, ax, about=self._place(about, "about"), plane=plane, shapes=shapes, **kwargs)
         return drawn
 
     def elements(
-        self, ax: Any = None, *, mu: Any = None, primary: int | str = 0, secondary: int | str = 1, **kwargs: Any
+        self, ax: Any = None, *, mu: Any = None, body: int | str = 1, about: int | str = 0, **kwargs: Any
     ) -> ArrayOfAxes:
         """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
 
@@ -110,7 +108,7 @@ class Plots:
         ----------
         ax : array of six matplotlib Axes, optional
             Under the name ``axes`` too.
-        mu, primary, secondary
+        mu, body, about
             As for :meth:`fullbody.Run.elements`.
         **kwargs
             To ``Axes.plot``.
@@ -121,7 +119,7 @@ class Plots:
         """
         from .elements import elements
 
-        places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
+        places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
         drawn: ArrayOfAxes = elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
         return drawn
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..run import Run
 
 
-def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
+def summary(run: Run, figure: Any, *, body: int, about: int) -> Any:
     """See :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
     if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
@@ -31,13 +31,13 @@ def summary(run: Run, figure: Any, *, primary: int, secondary: int) -> Any:
     rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
     if pair:
         left, right = rows.pop(0).subfigures(1, 2, width_ratios=(1.0, 1.1))
-        orbit(run, left.subplots(), primary=primary, plane="xy", shapes=True)
+        orbit(run, left.subplots(), about=about, plane="xy", shapes=True)
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
-        primary, secondary = check_body(run, primary, "primary"), check_body(run, secondary, "secondary")
-        run.system.mu(primary, secondary)
+        body, about = check_body(run, body, "body"), check_body(run, about, "about")
+        run.system.mu(body, about)
         try:
-            elements(run, panels, mu=None, primary=primary, secondary=secondary, names=names)
+            elements(run, panels, mu=None, body=body, about=about, names=names)
         except InvalidInput as error:
             # Such as motion along a line.
             for ax in panels:
