@@ -66,6 +66,9 @@ else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
+del _typing
+
+
 __all__ = [
     "BodiesOverlap",
     "Body",

@@ -206,10 +206,8 @@ def test_which_number_is_mu():
     run = SYSTEM.integrate(START, 1.0)
     with pytest.raises(TypeError, match="positional"):
         run.elements(2.0, 0, 1)
-    assert run.elements(2.0) == run.elements(mu=2.0, primary=0, secondary=1) == run.elements()
-    refused(
-        lambda: run.elements(primary="Alfa"), "primary is 'Alfa'; did you mean 'Alpha'? expected one of Alpha, Beta"
-    )
+    assert run.elements(2.0) == run.elements(mu=2.0, body=1, about=0) == run.elements()
+    refused(lambda: run.elements(about="Alfa"), "about is 'Alfa'; did you mean 'Alpha'? expected one of Alpha, Beta")
 
 
 @pytest.mark.parametrize("value", [-1e-13, NAN, INF, 1.0, "small", None, True])
@@ -261,15 +259,15 @@ def test_not_a_state_not_a_system():
 
 def test_places_of_bodies_that_do_not_exist():
     run = SYSTEM.integrate(START, 1.0)
-    refused(lambda: SYSTEM.mu(0, 7), "j is 7; expected 0 to 1, one of the 2 bodies")
-    refused(lambda: SYSTEM.mu(0, 0), "i and j are 0 and 0, both Alpha; expected two bodies")
-    refused(lambda: SYSTEM.mu("Beta", 1), "i and j are 'Beta' and 1, both Beta; expected two bodies")
-    refused(lambda: run.elements(secondary=5), "secondary is 5; expected 0 to 1, one of the 2 bodies")
+    refused(lambda: SYSTEM.mu(0, 7), "about is 7; expected 0 to 1, one of the 2 bodies")
+    refused(lambda: SYSTEM.mu(0, 0), "body and about are 0 and 0, both Alpha; expected two bodies")
+    refused(lambda: SYSTEM.mu("Beta", 1), "body and about are 'Beta' and 1, both Beta; expected two bodies")
+    refused(lambda: run.elements(body=5), "body is 5; expected 0 to 1, one of the 2 bodies")
     for event in (fullbody.events.Contact(0, 5), fullbody.events.PlaneCrossing(1, 5)):
         what = f"j of {type(event).__name__} is 5; expected 0 to 1, one of the 2 bodies"
         refused(lambda event=event: SYSTEM.integrate(START, 1.0, events=[event]), what)
     alone = System(BODIES[:1], G=1.0)
-    refused(lambda: alone.mu(0, 1), "j is 1; expected 0, the only body")
+    refused(lambda: alone.mu(0, 1), "about is 1; expected 0, the only body")
 
 
 @pytest.mark.parametrize(

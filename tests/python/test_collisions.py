@@ -13,7 +13,11 @@ ADAPTIVE = [getattr(fullbody, name) for name in ("DormandPrince54", "Verner65", 
 INTEGRATORS = [
     *(make(10.0**-digits, 10.0**-digits) for make in ADAPTIVE for digits in (2, 6, 13)),
     *(fullbody.LieGroupVariational(step) for step in (0.03, 1.7)),
-    *(fullbody.SymplecticSplitting(step, scheme) for step in (0.03, 1.7) for scheme in ("leapfrog", "ABA864", "ABA1064")),
+    *(
+        fullbody.SymplecticSplitting(step, scheme)
+        for step in (0.03, 1.7)
+        for scheme in ("leapfrog", "ABA864", "ABA1064")
+    ),
 ]
 
 
@@ -61,7 +65,9 @@ def test_time_of_contact_is_that_of_the_terminal_event():
     system = fullbody.System(bodies, G=0.1)
     for integrator in (fullbody.Verner98(), fullbody.DormandPrince54(1e-4, 1e-4), fullbody.SymplecticSplitting(0.05)):
         with pytest.raises(fullbody.BodiesOverlap) as caught:
-            system.integrate(state, 10.0, integrator=integrator, events=[events.Contact(), events.Separation(value=4.0)])
+            system.integrate(
+                state, 10.0, integrator=integrator, events=[events.Contact(), events.Separation(value=4.0)]
+            )
         run = caught.value.run
         assert [type(o.event).__name__ for o in run.events] == ["Separation", "Contact"]
         assert run.events[-1].time == caught.value.time > run.time[-1]

@@ -202,5 +202,5 @@ def test_elements_of_a_run():
         assert np.abs(getattr(k, name) - getattr(orbit, name)).max() < 1e-11
     assert apart(k.M, 0.7 + run.time * np.sqrt(3.0 / 1.2**3)) < 1e-11
     # The other way round: the same but for the half turn of the periapsis.
-    assert apart(run.elements(primary=1, secondary=0).omega, 0.6 + np.pi) < 1e-11
+    assert apart(run.elements(body=0, about=1).omega, 0.6 + np.pi) < 1e-11
     assert np.abs(run.elements(mu=6.0).a - 1.2).min() > 0.1

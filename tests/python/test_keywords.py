@@ -71,6 +71,7 @@ def test_there_are_many():
 
 
 SYSTEM, STATE = systems.case1()
+RUN = SYSTEM.integrate(STATE, 1.0)
 MOON = fullbody.Component(diameter=3)
 
 
@@ -100,6 +101,13 @@ MOON = fullbody.Component(diameter=3)
         (lambda: State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], angle=1), "angle", "angles"),
         (lambda: STATE.replace(vel=0), "vel", "velocity"),
         (lambda: fullbody.binary(MOON, MOON, eccentrity=0.1), "eccentrity", "eccentricity"),
+        (lambda: RUN.elements(primary=0), "primary", "about"),
+        (lambda: RUN.elements(secondary=1), "secondary", "body"),
+        (lambda: RUN.plot.orbit(primary=0, color="red"), "primary", "about"),
+        (lambda: RUN.plot(secondary=1), "secondary", "body"),
+        (lambda: RUN.plot.elements(i=0), "i", "about"),
+        (lambda: SYSTEM.mu(i=0, j=1), "i", "about"),
+        (lambda: observables.obliquity(RUN, primary=0), "primary", "about"),
         (lambda: events.Separation(0, 1, distance=3.0), "distance", "value"),
         (lambda: events.Escape(0, 1, value=3.0), "value", "distance"),
         (lambda: events.Periapsis(body=1, about=0), "body", "i"),

@@ -16,7 +16,7 @@ def test_elements_and_mu(kw4):
     system, _, run = kw4
     assert system.mu("Alpha", "Beta") == system.mu(0, 1)
     assert system.mu("Beta", "Alpha") == system.mu(1, 0)
-    assert run.elements(primary="Beta", secondary="Alpha") == run.elements(primary=1, secondary=0)
+    assert run.elements(body="Alpha", about="Beta") == run.elements(body=0, about=1)
 
 
 def test_bodies_of_a_system(kw4):
@@ -101,12 +101,12 @@ def test_plots(kw4):
         return [line.get_xydata() for ax in np.ravel(axes) for line in ax.get_lines()]
 
     for by_name, by_place in (
-        (run.plot.orbit(primary="Beta"), run.plot.orbit(primary=1)),
-        (run.plot.elements(primary="Beta", secondary="Alpha"), run.plot.elements(primary=1, secondary=0)),
+        (run.plot.orbit(about="Beta"), run.plot.orbit(about=1)),
+        (run.plot.elements(body="Alpha", about="Beta"), run.plot.elements(body=0, about=1)),
         (run.plot.spins(bodies=["Beta"]), run.plot.spins(bodies=[1])),
         (run.plot.angles(bodies=["Beta", 0]), run.plot.angles(bodies=[1, 0])),
         (
-            list(run.plot(primary="Alpha", secondary="Beta").axes.values()),
+            list(run.plot(body="Beta", about="Alpha").axes.values()),
             list(run.plot().axes.values()),
         ),
         (run.plot.libration(body="Beta", about="Alpha"), run.plot.libration(body=1, about=0)),
@@ -118,11 +118,11 @@ def test_plots(kw4):
 def test_names_that_are_not_there(kw4):
     system, state, run = kw4
     for call, what in (
-        (lambda: system.mu("Alfa", "Beta"), "i is 'Alfa'; did you mean 'Alpha'"),
-        (lambda: run.elements(secondary="Betta"), "secondary is 'Betta'; did you mean 'Beta'"),
+        (lambda: system.mu("Alfa", "Beta"), "body is 'Alfa'; did you mean 'Alpha'"),
+        (lambda: run.elements(body="Betta"), "body is 'Betta'; did you mean 'Beta'"),
         (lambda: system.integrate(state, 1.0, events=[events.Contact("Moon", "Beta")]), "i of Contact is 'Moon'; "),
         (lambda: observables.obliquity(run, body="Moon"), "body of an obliquity is 'Moon'; "),
-        (lambda: run.plot.orbit(primary="Moon"), "primary is 'Moon'; "),
+        (lambda: run.plot.orbit(about="Moon"), "about is 'Moon'; "),
         (lambda: run.plot.spins(bodies=["Moon"]), "one of bodies is 'Moon'; "),
     ):
         with pytest.raises(fullbody.InvalidInput, match=rf"^{what}.*expected one of Alpha, Beta$"):

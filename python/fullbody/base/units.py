@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput
+from ..typing import Scalar
 
 #: Exponents of length, time, mass and angle.
 _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
@@ -293,12 +294,13 @@ class Units:
             return value
         return value << self.unit(dimension)
 
-    def attach_mu(self, value: float) -> Any:
+    def attach_mu(self, value: float) -> Scalar:
         """G times masses of a system, as a Quantity that knows the system's units as long as nothing is done to it."""
-        mu = self.attach(value, "mu")
+        mu: Any = self.attach(value, "mu")
         if self.known:
             mu._units_of_system = self
-        return mu
+        found: Scalar = mu
+        return found
 
     @cached_property
     def gravitational_constant(self) -> float:

@@ -23,6 +23,7 @@ from ..base.units import gathered, numbers, scalar
 from ..base.values import Alike
 from ..errors import InvalidInput
 from ..model.state import State
+from ..typing import Scalar
 
 if TYPE_CHECKING:
     from ..model.system import BaseSystem
@@ -308,7 +309,7 @@ class Occurrence:
     """
 
     event: Event
-    time: Any
+    time: Scalar
     state: State
 
 

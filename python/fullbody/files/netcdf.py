@@ -6,7 +6,7 @@ import json
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from io import BytesIO
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,10 @@ from . import occurrences, seal
 from .stored import Stored, check_order, check_unit, opened
 
 _Built = TypeVar("_Built")
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 __all__ = ["load", "save", "to_pandas", "to_xarray"]
 
@@ -60,7 +64,7 @@ _REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
 SUFFIXES = (".nc", ".nc4")
 
 
-def to_xarray(run: BaseRun) -> Any:
+def to_xarray(run: BaseRun) -> xarray.Dataset:
     """The run as an ``xarray.Dataset``; see :meth:`fullbody.Run.to_xarray`."""
     with need("data", "a run as a dataset"):
         import xarray as xr
@@ -109,7 +113,7 @@ def netcdf() -> Any:
     return xr
 
 
-def to_pandas(run: BaseRun) -> Any:
+def to_pandas(run: BaseRun) -> pandas.DataFrame:
     """The run as a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
     with need("data", "a run as a table"):
         import pandas as pd

@@ -18,6 +18,7 @@ from ..base.arguments import vectors as _vectors
 from ..base.units import Units, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
+from ..typing import Array
 
 __all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_pole", "turn_state"]
 
@@ -74,7 +75,7 @@ def rotation(origin: Any, target: Any) -> _Array:
 
 
 @named_options
-def turn(vectors: Any, origin: Any, target: Any) -> Any:
+def turn(vectors: Any, origin: Any, target: Any) -> Array:
     """Vectors given in one frame, in another.
 
     Parameters
@@ -92,7 +93,8 @@ def turn(vectors: Any, origin: Any, target: Any) -> Any:
     >>> fullbody.frames.turn([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    return _vectors(vectors, "vectors") @ rotation(origin, target).T
+    turned: Array = _vectors(vectors, "vectors") @ rotation(origin, target).T
+    return turned
 
 
 @named_options

@@ -15,6 +15,7 @@ from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import Alike, hashed, same
 from ..errors import InvalidInput
+from ..typing import Array, Scalar
 
 __all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
 
@@ -178,16 +179,18 @@ class Body(Tabled):
         return self._shape
 
     @property
-    def mass(self) -> Any:
+    def mass(self) -> Scalar:
         """Mass as given, or density times volume."""
-        return self._mass if self._mass is not None else self._own("mass", "mass")
+        mass: Scalar = self._mass if self._mass is not None else self._own("mass", "mass")
+        return mass
 
     @property
-    def density(self) -> Any:
+    def density(self) -> Scalar | None:
         """Density as given, or mass by volume; ``None`` for a point."""
-        if self._density is not None:
-            return self._density
-        return None if self._shape._lengths is None else self._mass / self._own("volume", "volume")
+        density: Scalar | None = self._density
+        if density is None and self._shape._lengths is not None:
+            density = self._mass / self._own("volume", "volume")
+        return density
 
     @property
     def inertia(self) -> Any:
@@ -274,7 +277,7 @@ class Body(Tabled):
         )
         return _core.Body(name, axes, mass, density)
 
-    def potential(self, points: Any, G: Any = None) -> Any:
+    def potential(self, points: Any, G: Any = None) -> Array:
         """Exterior potential Phi (positive) at points of the body frame.
 
         Parameters
@@ -306,9 +309,10 @@ class Body(Tabled):
         >>> float(ball.potential([0.0, 0.0, 2.0], G=1.0))
         1.5
         """
-        return self._exterior(points, G)[0]
+        potential: Array = self._exterior(points, G)[0]
+        return potential
 
-    def field(self, points: Any, G: Any = None) -> Any:
+    def field(self, points: Any, G: Any = None) -> Array:
         """Exterior field g = grad Phi at points of the body frame; see :meth:`potential`.
 
         Parameters
@@ -327,7 +331,8 @@ class Body(Tabled):
         >>> earth.field([0.0, 0.0, 6371.0] * u.km)[2].to(u.m / u.s**2).round(2)
         <Quantity -9.82 m / s2>
         """
-        return self._exterior(points, G)[1]
+        field: Array = self._exterior(points, G)[1]
+        return field
 
     def _exterior(self, points: Any, G: Any) -> tuple[Any, Any]:
         points, G = gathered(points, "points"), gathered(G, "G")

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.values import Alike, Record, block
+from ..typing import Array, Scalar
 
 __all__ = ["Energy", "Interactions", "Invariants"]
 
@@ -27,9 +28,9 @@ class Interactions(Record, Tabled):
         Negative: minus the paper's U.
     """
 
-    force: Any
-    torque: Any
-    potential_energy: Any
+    force: Array
+    torque: Array
+    potential_energy: Scalar
 
     def _tables(self) -> tuple[Table, ...]:
         """Force and torque, a body a row, by its place."""
@@ -52,10 +53,10 @@ class Energy(Alike, Tabled):
     total, translational, rotational, potential : float or Quantity
     """
 
-    total: Any
-    translational: Any
-    rotational: Any
-    potential: Any
+    total: Scalar
+    translational: Scalar
+    rotational: Scalar
+    potential: Scalar
 
     def _tables(self) -> tuple[Table, ...]:
         """The parts of an energy."""

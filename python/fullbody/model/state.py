@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
@@ -14,6 +15,7 @@ from ..base.tables import Table, Tabled, head, number, vector
 from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from ..base.values import block
 from ..errors import InvalidInput, caution
+from ..typing import Array, Scalar
 
 __all__ = ["State"]
 
@@ -201,40 +203,45 @@ class State(Tabled):
             value.flags.writeable = False
         return value << self._units[name] if name in self._units else value
 
+    def _array(self, name: str) -> Array:
+        array: Array = self._get(name)
+        return array
+
     @property
-    def time(self) -> Any:
+    def time(self) -> Scalar:
         """Time."""
-        return self._get("time")
+        time: Scalar = self._get("time")
+        return time
 
     @property
-    def position(self) -> Any:
+    def position(self) -> Array:
         """Centres (N, 3), inertial."""
-        return self._get("position")
+        return self._array("position")
 
     @property
-    def velocity(self) -> Any:
+    def velocity(self) -> Array:
         """Velocities (N, 3), inertial."""
-        return self._get("velocity")
+        return self._array("velocity")
 
     @property
-    def attitude(self) -> Any:
+    def attitude(self) -> npt.NDArray[np.float64]:
         """Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."""
-        return self._get("attitude")
+        return self._array("attitude")
 
     @property
-    def spin(self) -> Any:
+    def spin(self) -> Array:
         """Angular velocities (N, 3), body frames."""
-        return self._get("spin")
+        return self._array("spin")
 
     @property
-    def rotation_matrix(self) -> Any:
+    def rotation_matrix(self) -> npt.NDArray[np.float64]:
         """Rotation matrices (N, 3, 3), body frame to inertial."""
-        return self._get("rotation_matrix")
+        return self._array("rotation_matrix")
 
     @property
-    def tait_bryan(self) -> Any:
+    def tait_bryan(self) -> npt.NDArray[np.float64]:
         """The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
-        return self._get("tait_bryan")
+        return self._array("tait_bryan")
 
     def replace(self, **changes: Any) -> State:
         """A copy with some of ``position``, ``velocity``, ``attitude``, ``spin``, ``time`` changed.

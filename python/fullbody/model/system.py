@@ -14,6 +14,7 @@ from ..base.arguments import integer, place
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, InvalidInput
+from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
 from .interactions import Energy, Interactions
 from .state import State
@@ -129,9 +130,10 @@ class BaseSystem(Tabled):
         return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
 
     @property
-    def G(self) -> Any:
+    def G(self) -> Scalar:
         """Gravitational constant."""
-        return self._units.attach(self._G, "G")
+        constant: Scalar = self._units.attach(self._G, "G")
+        return constant
 
     @property
     def units(self) -> tuple[str, str, str] | None:
@@ -164,23 +166,26 @@ class BaseSystem(Tabled):
         return dict(self._options)
 
     @property
-    def masses(self) -> Any:
+    def masses(self) -> Array:
         """Masses (N,)."""
         values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
-        return self._units.attach(np.array(values), "mass")
+        masses: Array = self._units.attach(np.array(values), "mass")
+        return masses
 
-    def mu(self, i: int | str = 0, j: int | str = 1) -> Any:
+    def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """G times the sum of two masses.
 
         Parameters
         ----------
-        i, j : int or str
+        body, about : int or str
             Places in :attr:`bodies`, or names, of two bodies.
         """
-        masses = [body._core(self._units, k).mass for k, body in enumerate(self._bodies)]
-        first, second = self._place(i, "i"), self._place(j, "j")
+        masses = [each._core(self._units, k).mass for k, each in enumerate(self._bodies)]
+        first, second = self._place(body, "body"), self._place(about, "about")
         if first == second:
-            raise InvalidInput(f"i and j are {i!r} and {j!r}, both {self.names[first]}; expected two bodies")
+            raise InvalidInput(
+                f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
+            )
         return self._units.attach_mu(self._G * (masses[first] + masses[second]))
 
     def index(self, body: int | str) -> int:
@@ -283,13 +288,16 @@ class BaseSystem(Tabled):
             parts = self._core.energy(core)
         return Energy(*(self._units.attach(part, "energy") for part in parts))
 
-    def momentum(self, state: State) -> Any:
+    def momentum(self, state: State) -> Array:
         """Total momentum (3,), inertial."""
-        return self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+        momentum: Array = self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+        return momentum
 
-    def angular_momentum(self, state: State) -> Any:
+    def angular_momentum(self, state: State) -> Array:
         """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
-        return self._units.attach(self._core.angular_momentum(self._strip(state)), "angular momentum")
+        momentum = self._core.angular_momentum(self._strip(state))
+        total: Array = self._units.attach(momentum, "angular momentum")
+        return total
 
     def _strip(self, state: State) -> _core.State:
         if not isinstance(state, State):

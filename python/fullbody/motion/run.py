@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 from ..record.base import BaseRun
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+
     from ..plots import Plots
     from ..view import View
 
@@ -88,7 +91,7 @@ class RunVerbs(BaseRun):
 
         return View(self, samples=samples)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> xarray.Dataset:
         """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.
 
         Returns
@@ -111,7 +114,7 @@ class RunVerbs(BaseRun):
 
         return to_xarray(self)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """The run as a ``pandas.DataFrame``: a row a sample, a column a number.
 
         Returns

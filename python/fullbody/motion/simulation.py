@@ -25,6 +25,7 @@ from ..record.base import BaseRun
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98, rebuild
 from ..record.statistics import Statistics
+from ..typing import Scalar
 from .asked import Bar, autosaving, sampling, watched
 from .doubts import of_start
 from .run import RunVerbs
@@ -112,9 +113,10 @@ class Simulation:
         return self._integrator
 
     @property
-    def time(self) -> Any:
+    def time(self) -> Scalar:
         """Present time."""
-        return self._system._units.attach(self._core.time, "time")
+        time: Scalar = self._system._units.attach(self._core.time, "time")
+        return time
 
     @property
     def state(self) -> State:

@@ -12,6 +12,7 @@ from ..base.arguments import named_options
 from ..base.values import Record
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements
+from ..typing import Array, Scalar
 from . import _signal as signal
 from ._follow import Path
 from ._view import REVOLUTIONS, WINDOWED, View
@@ -45,9 +46,9 @@ class ElementRates(Record):
         rule a small eccentricity, varpi and M alone mean little.
     """
 
-    elements: KeplerElements
-    rates: dict[str, Any]
-    mean_rates: dict[str, Any]
+    elements: KeplerElements[Array]
+    rates: dict[str, Array]
+    mean_rates: dict[str, Scalar]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,9 +70,9 @@ class MutualPeriod(Record):
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
 
-    time: Any
-    period: Any
-    mean: Any
+    time: Array
+    period: Array
+    mean: Scalar
     drift: float
 
 
@@ -102,12 +103,12 @@ class Precession(Record):
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
 
-    apsidal: Any
-    nodal: Any
-    argument_of_periapsis: Any
-    anomalistic_period: Any
-    sidereal_period: Any
-    inclination: Any
+    apsidal: Scalar | None
+    nodal: Scalar | None
+    argument_of_periapsis: Scalar | None
+    anomalistic_period: Scalar | None
+    sidereal_period: Scalar
+    inclination: Array
 
 
 @named_options
@@ -141,7 +142,7 @@ def element_rates(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: i
     17.1
     """
     view = View(run, body, about, 3, "a mean rate", REVOLUTIONS)
-    elements = run.elements(mu, primary=about, secondary=body)
+    elements = run.elements(mu, body=body, about=about)
     columns: dict[str, Any] = {}
     rates: dict[str, Any] = {}
     means: dict[str, Any] = {}

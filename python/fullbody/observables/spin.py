@@ -12,6 +12,7 @@ from ..base.arguments import integer, named_options
 from ..base.values import Record
 from ..errors import InvalidInput
 from ..model.bodies import PointMass
+from ..typing import Array, Scalar
 from . import _signal as signal
 from ._view import NEAREST, REVOLUTIONS, View
 
@@ -40,15 +41,15 @@ class Libration(Record):
         Of its strongest periodic terms, the strongest first as found; empty where it does not librate.
     """
 
-    time: Any
-    angle: Any
-    amplitude: Any
-    frequencies: Any
-    amplitudes: Any
+    time: Array
+    angle: Array
+    amplitude: Scalar | None
+    frequencies: Array
+    amplitudes: Array
 
 
 @named_options
-def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Any:
+def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
     """The mean rate at which a body's pole of rotation goes about an axis.
 
     Parameters
@@ -92,11 +93,12 @@ def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, abou
             f"the pole of {view.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
             f"expected {NEAREST:g} or more to tell how it goes about it"
         )
-    return view.rate(np.float64(rate))
+    found: Scalar = view.rate(np.float64(rate))
+    return found
 
 
 @named_options
-def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Any:
+def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Array:
     """The angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
     Parameters
@@ -120,11 +122,12 @@ def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Any
     """
     view = View(run, body, about, 1, "an obliquity")
     sine = np.linalg.norm(np.cross(view.pole, view.normal), axis=1)
-    return view.angle(np.arctan2(sine, np.sum(view.pole * view.normal, axis=1)))
+    found: Array = view.angle(np.arctan2(sine, np.sum(view.pole * view.normal, axis=1)))
+    return found
 
 
 @named_options
-def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Any:
+def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Array:
     """The attitude of a body in its orbit's frame.
 
     That frame's x-axis points from the body at the other one and its z-axis along the orbit's normal; the body's frame
@@ -160,7 +163,8 @@ def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -
     relative = in_orbit_frame(view)
     if relative[0, 0, 0] < 0.0:
         relative = relative * np.array([-1.0, -1.0, 1.0])
-    return view.angle(angles(relative))
+    found: Array = view.angle(angles(relative))
+    return found
 
 
 @named_options

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, overload
 
 import numpy as np
 
@@ -13,14 +13,24 @@ from ..base.tables import Table, Tabled, head
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
 from ..errors import InvalidInput
+from ..typing import Array, Scalar
 
 __all__ = ["KeplerElements"]
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
+    # A number, or an array.
+    _T = TypeVar("_T", default=Any)
+else:
+    from typing import TypeVar
+
+    _T = TypeVar("_T")
 _ANGLES = ("i", "Omega", "omega", "M")
 
 
 @named_options
-class KeplerElements(Tabled):
+class KeplerElements(Generic[_T], Tabled):
     """Osculating elements of a two-body orbit: one orbit, or arrays of them.
 
     Parameters
@@ -78,14 +88,30 @@ class KeplerElements(Tabled):
 
     __slots__ = ("M", "Omega", "a", "e", "frame", "i", "omega")
 
-    a: Any
-    e: Any
-    i: Any
-    Omega: Any
-    omega: Any
-    M: Any
+    a: _T
+    e: _T
+    i: _T
+    Omega: _T
+    omega: _T
+    M: _T
     frame: Any
 
+    @overload
+    def __init__(
+        self: KeplerElements[Scalar],
+        a: float,
+        e: float,
+        i: float,
+        Omega: float,
+        omega: float,
+        M: float,
+        *,
+        frame: Any = None,
+    ) -> None: ...
+    @overload
+    def __init__(
+        self: KeplerElements[Any], a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None
+    ) -> None: ...
     def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None) -> None:
         object.__setattr__(self, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
@@ -110,7 +136,7 @@ class KeplerElements(Tabled):
             raise InvalidInput(f"elements have shapes {[c.shape for c in columns]}; expected equal ones") from error
         return np.stack([c.ravel() for c in columns], axis=1), columns[0].shape
 
-    def to_cartesian(self, mu: Any) -> tuple[Any, Any]:
+    def to_cartesian(self, mu: Any) -> tuple[Array, Array]:
         """Relative position and velocity.
 
         Parameters
@@ -127,11 +153,12 @@ class KeplerElements(Tabled):
         mu, length, rate = _mu_and_units(self.a, mu, "a")
         rows, shape = self._rows(_in(length, self.a, "a"))
         r, v = _core.elements_to_cartesian(rows, mu)
-        r, v = r.reshape(*shape, 3), v.reshape(*shape, 3)
-        return (r, v) if length is None else (r * length, v * (length * rate))
+        position: Any = r.reshape(*shape, 3)
+        velocity: Any = v.reshape(*shape, 3)
+        return (position, velocity) if length is None else (position * length, velocity * (length * rate))
 
     @classmethod
-    def from_cartesian(cls, r: Any, v: Any, mu: Any, *, frame: Any = None) -> KeplerElements:
+    def from_cartesian(cls, r: Any, v: Any, mu: Any, *, frame: Any = None) -> KeplerElements[Any]:
         """Osculating elements of a relative position and velocity.
 
         Parameters
@@ -167,7 +194,7 @@ class KeplerElements(Tabled):
             columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
         return cls._trusted(columns, frame)
 
-    def to_frame(self, target: Any, origin: Any = None) -> KeplerElements:
+    def to_frame(self, target: Any, origin: Any = None) -> KeplerElements[_T]:
         """The same orbit with its angles referred to another frame.
 
         Parameters
@@ -219,7 +246,7 @@ class KeplerElements(Tabled):
         return KeplerElements._trusted(columns, target)
 
     @classmethod
-    def _trusted(cls, columns: list[Any], frame: Any = None) -> KeplerElements:
+    def _trusted(cls, columns: list[Any], frame: Any = None) -> KeplerElements[Any]:
         """Elements that the core has computed."""
         elements = cls.__new__(cls)
         object.__setattr__(elements, "frame", frame)
@@ -227,7 +254,7 @@ class KeplerElements(Tabled):
             object.__setattr__(elements, name, value)
         return elements
 
-    def period(self, mu: Any) -> Any:
+    def period(self, mu: Any) -> _T:
         """Orbital period.
 
         Parameters
@@ -250,7 +277,8 @@ class KeplerElements(Tabled):
         rows, shape = self._rows(_in(length, self.a, "a"))
         period = _core.period(rows, mu).reshape(shape)
         value: Any = float(period) if period.ndim == 0 else period
-        return value if length is None else value / rate
+        found: _T = value if length is None else value / rate
+        return found
 
     def __len__(self) -> int:
         shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in ("a", "e", *_ANGLES)))
@@ -258,7 +286,7 @@ class KeplerElements(Tabled):
             raise TypeError("these are the elements of one orbit, not an array of them")
         return int(shape[0])
 
-    def __getitem__(self, index: Any) -> KeplerElements:
+    def __getitem__(self, index: Any) -> KeplerElements[Any]:
         len(self)
         values = [getattr(self, name) for name in ("a", "e", *_ANGLES)]
         return KeplerElements._trusted([value[index] if np.ndim(value) else value for value in values], self.frame)

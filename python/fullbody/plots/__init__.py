@@ -9,7 +9,12 @@ from ..base.arguments import named_options
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
+
     from ..record.base import BaseRun
+    from ._style import ArrayOfAxes
+    from .summary import Page
 
 __all__ = ["Plots"]
 
@@ -44,14 +49,14 @@ class Plots:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __call__(self, figure: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> Any:
+    def __call__(self, figure: Any = None, *, body: int | str = 1, about: int | str = 0) -> Page:
         """One page: orbit, elements, spins, librations, conservation.
 
         Parameters
         ----------
         figure : matplotlib Figure or SubFigure, optional
-        primary, secondary : int or str
-            Bodies whose orbit is shown; places in the system, or names.
+        body, about : int or str
+            Whose orbit about whom is shown; places in the system, or names.
 
         Returns
         -------
@@ -61,18 +66,18 @@ class Plots:
         """
         from .summary import summary
 
-        places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
+        places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
         return summary(self._run, figure, **places)
 
     def orbit(
-        self, ax: Any = None, *, primary: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
-    ) -> Any:
+        self, ax: Any = None, *, about: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
+    ) -> Axes:
         """Paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
-        primary : int or str
+        about : int or str
             The body at the origin; its place in the system, or its name.
         plane : {"xy", "xz", "yz"}
         shapes : bool
@@ -91,18 +96,19 @@ class Plots:
         """
         from .orbit import orbit
 
-        return orbit(self._run, ax, primary=self._place(primary, "primary"), plane=plane, shapes=shapes, **kwargs)
+        drawn: Axes = orbit(self._run, ax, about=self._place(about, "about"), plane=plane, shapes=shapes, **kwargs)
+        return drawn
 
     def elements(
-        self, ax: Any = None, *, mu: Any = None, primary: int | str = 0, secondary: int | str = 1, **kwargs: Any
-    ) -> Any:
+        self, ax: Any = None, *, mu: Any = None, body: int | str = 1, about: int | str = 0, **kwargs: Any
+    ) -> ArrayOfAxes:
         """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
 
         Parameters
         ----------
         ax : array of six matplotlib Axes, optional
             Under the name ``axes`` too.
-        mu, primary, secondary
+        mu, body, about
             As for :meth:`fullbody.Run.elements`.
         **kwargs
             To ``Axes.plot``.
@@ -113,12 +119,13 @@ class Plots:
         """
         from .elements import elements
 
-        places = {"primary": self._place(primary, "primary"), "secondary": self._place(secondary, "secondary")}
-        return elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
+        places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
+        drawn: ArrayOfAxes = elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
+        return drawn
 
     def spins(
         self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
-    ) -> Any:
+    ) -> ArrayOfAxes:
         """Angular velocities against time, a panel a body.
 
         Parameters
@@ -138,9 +145,12 @@ class Plots:
         """
         from .spins import spins
 
-        return spins(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs)
+        drawn: ArrayOfAxes = spins(
+            self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs
+        )
+        return drawn
 
-    def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> Any:
+    def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
         """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
 
         Parameters
@@ -158,9 +168,10 @@ class Plots:
         """
         from .angles import angles
 
-        return angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
+        drawn: ArrayOfAxes = angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
+        return drawn
 
-    def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Any:
+    def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Axes:
         """Roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
 
         Of a body that goes round under the other one, or whose samples do not tell how it turns, the angle of its
@@ -185,9 +196,11 @@ class Plots:
         """
         from .libration import libration
 
-        return libration(self._run, ax, body=self._place(body, "body"), about=self._place(about, "about"), **kwargs)
+        places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
+        drawn: Axes = libration(self._run, ax, **places, **kwargs)
+        return drawn
 
-    def energy(self, ax: Any = None, **kwargs: Any) -> Any:
+    def energy(self, ax: Any = None, **kwargs: Any) -> Axes:
         """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.
 
         Parameters
@@ -206,9 +219,10 @@ class Plots:
         """
         from .energy import energy
 
-        return energy(self._run, ax, **kwargs)
+        drawn: Axes = energy(self._run, ax, **kwargs)
+        return drawn
 
-    def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Any:
+    def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Axes3D:
         """The bodies in 3D with their axes at a time.
 
         Parameters
@@ -234,7 +248,8 @@ class Plots:
         """
         from .scene import scene
 
-        return scene(self._run, time, ax, path=path, **kwargs)
+        drawn: Axes3D = scene(self._run, time, ax, path=path, **kwargs)
+        return drawn
 
     def _place(self, body: Any, what: str) -> Any:
         """The place of a named body; anything else as it is."""

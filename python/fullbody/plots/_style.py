@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..record.base import BaseRun
 
 Array = npt.NDArray[np.float64]
+ArrayOfAxes: TypeAlias = npt.NDArray[np.object_]
 
 #: Okabe and Ito's colours in an order of clearly different lightness, each with its own dashes.
 LINES: tuple[dict[str, Any], ...] = (

@@ -40,18 +40,18 @@ def elements(
     axes: Any,
     *,
     mu: Any,
-    primary: int,
-    secondary: int,
+    body: int,
+    about: int,
     names: tuple[str, ...] = ("a", "e", "i", "Omega", "omega", "M"),
     **kwargs: Any,
 ) -> Any:
     """See :meth:`fullbody.plots.Plots.elements`; ``names`` chooses some of the six."""
     check_samples(run)
-    primary, secondary = check_body(run, primary, "primary"), check_body(run, secondary, "secondary")
+    body, about = check_body(run, body, "body"), check_body(run, about, "about")
     rows = [row for row in _ROWS if row[0] in names]
     shape = (3, 2) if len(rows) == 6 else (len(rows),)
     flat, result = panels(axes, shape, (9.0, 6.5))
-    values = run.elements(mu, primary=primary, secondary=secondary)
+    values = run.elements(mu, body=body, about=about)
     time = times(run)
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
         value = np.asarray(getattr(getattr(values, name), "value", getattr(values, name)))

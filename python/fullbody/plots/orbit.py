@@ -31,31 +31,31 @@ if TYPE_CHECKING:
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
-def orbit(run: BaseRun, ax: Any, *, primary: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
+def orbit(run: BaseRun, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
     """See :meth:`fullbody.plots.Plots.orbit`."""
     if plane not in _PLANES:
         raise InvalidInput(f"plane is {plane!r}; expected one of {list(_PLANES)}")
     check_samples(run)
-    primary = check_body(run, primary, "primary")
+    about = check_body(run, about, "about")
     ax = single(ax, (5.5, 5.0))
     across, up = _PLANES[plane]
     position = run._record["position"]
     kwargs = wishes(kwargs)
-    near, far = split_far(run, primary)
-    for place, body in enumerate(k for k in near if k != primary):
-        path = position[:, body] - position[:, primary]
+    near, far = split_far(run, about)
+    for place, body in enumerate(k for k in near if k != about):
+        path = position[:, body] - position[:, about]
         style = line(place, {"linewidth": 0.9, "label": called(run, body), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     for body, distance in far:
         ax.plot([], [], linestyle="none", label=far_label(run, body, distance))
     if shapes:
         for body in near:
-            end = (position[-1, body] - position[-1, primary])[[across, up]]
+            end = (position[-1, body] - position[-1, about])[[across, up]]
             _outline(ax, run, body, end, [across, up])
     ax.set_aspect("equal", adjustable="datalim")
-    about = f"from {called(run, primary)}"
-    ax.set_xlabel(label(run, f"{plane[0]} {about}", "length"))
-    ax.set_ylabel(label(run, f"{plane[1]} {about}", "length"))
+    origin = f"from {called(run, about)}"
+    ax.set_xlabel(label(run, f"{plane[0]} {origin}", "length"))
+    ax.set_ylabel(label(run, f"{plane[1]} {origin}", "length"))
     grid(ax)
     legend(ax)
     return ax

@@ -40,7 +40,7 @@ class Page:
         return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
 
 
-def summary(run: BaseRun, figure: Any, *, primary: int, secondary: int) -> Any:
+def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
     """See :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
     if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
@@ -55,13 +55,13 @@ def summary(run: BaseRun, figure: Any, *, primary: int, secondary: int) -> Any:
     axes: dict[str, Any] = {}
     if pair:
         left, right = rows.pop(0).subfigures(1, 2, width_ratios=(1.0, 1.1))
-        axes["orbit"] = orbit(run, left.subplots(), primary=primary, plane="xy", shapes=True)
+        axes["orbit"] = orbit(run, left.subplots(), about=about, plane="xy", shapes=True)
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
-        primary, secondary = check_body(run, primary, "primary"), check_body(run, secondary, "secondary")
-        run.system.mu(primary, secondary)
+        body, about = check_body(run, body, "body"), check_body(run, about, "about")
+        run.system.mu(body, about)
         try:
-            elements(run, panels, mu=None, primary=primary, secondary=secondary, names=names)
+            elements(run, panels, mu=None, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
             # Such as motion along a line.
@@ -71,17 +71,17 @@ def summary(run: BaseRun, figure: Any, *, primary: int, secondary: int) -> Any:
     left, right = rows[0].subfigures(1, 2)
     spins(run, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0], frame="body")
     axes |= {f"spin of {name}": ax for name, ax in zip(run.system.names, left.axes, strict=True)}
-    for body, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
-        about = secondary if body == primary else primary
+    for place, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
+        other = body if place == about else about
         try:
-            axes[f"attitude of {run.system.names[body]}"] = libration(run, ax, body=body, about=about)
+            axes[f"attitude of {run.system.names[place]}"] = libration(run, ax, body=place, about=other)
             # The lowest panel names the time for all.
             ax.label_outer()
         except InvalidInput as error:
             # Such as motion along a line, or a body alone.
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
-            right.text(0.5, 1.0 - (body + 0.5) / count, note, ha="center", va="center")
+            right.text(0.5, 1.0 - (place + 0.5) / count, note, ha="center", va="center")
     axes["energy"] = energy(run, rows[1].subplots())
     figure.align_ylabels()
     options, s = run.system.options, run.statistics

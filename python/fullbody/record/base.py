@@ -19,6 +19,7 @@ from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
 from ..orbit.elements import KeplerElements
+from ..typing import Array
 from . import conserved
 from .dense import Dense, Samples
 from .integrators import Integrator
@@ -93,14 +94,14 @@ class BaseRun(Tabled):
         run.events = list(run.events)
         return run
 
-    def elements(self, mu: Any = None, *, primary: int | str = 0, secondary: int | str = 1) -> KeplerElements:
+    def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
         """Osculating elements of one body about another.
 
         Parameters
         ----------
         mu : float or Quantity, optional
             G times the sum of the two masses, unless given.
-        primary, secondary : int or str
+        body, about : int or str
             Places in the system, or names.
 
         Returns
@@ -116,14 +117,13 @@ class BaseRun(Tabled):
         (11,)
         """
         units = self.system._units
-        primary = self.system._place(primary, "primary")
-        secondary = self.system._place(secondary, "secondary")
-        mu = self.system.mu(primary, secondary) if mu is None else mu
+        body, about = self.system._place(body, "body"), self.system._place(about, "about")
+        mu = self.system.mu(body, about) if mu is None else mu
         number = units.number(mu, "mu", "mu")
         position, velocity = self._record["position"], self._record["velocity"]
         rows = _core.cartesian_to_elements(
-            np.ascontiguousarray(position[:, secondary] - position[:, primary]),
-            np.ascontiguousarray(velocity[:, secondary] - velocity[:, primary]),
+            np.ascontiguousarray(position[:, body] - position[:, about]),
+            np.ascontiguousarray(velocity[:, body] - velocity[:, about]),
             number,
         )
         a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)
@@ -131,6 +131,10 @@ class BaseRun(Tabled):
             [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.system.frame
         )
 
+    @overload
+    def __call__(self, time: float | str) -> State: ...
+    @overload
+    def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
         """The state at any time of a run with ``dense=True``; see :class:`Dense`.
 
@@ -152,7 +156,8 @@ class BaseRun(Tabled):
         """
         if self.dense is None:
             raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
-        return self.dense(time)
+        found: State | Samples = self.dense(time)
+        return found
 
     def __len__(self) -> int:
         return len(self._record["time"])
@@ -236,11 +241,12 @@ class BaseRun(Tabled):
         samples = f"{len(self)} sample{'s' if len(self) > 1 else ''}"
         return f"Run({samples} from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"
 
-    def _get(self, name: str, dimension: str) -> Any:
-        return self.system._units.attach(self._record[name], dimension)
+    def _get(self, name: str, dimension: str) -> Array:
+        values: Array = self.system._units.attach(self._record[name], dimension)
+        return values
 
     @property
-    def time(self) -> Any:
+    def time(self) -> Array:
         """Times (K,)."""
         return self._get("time", "time")
 
@@ -254,50 +260,51 @@ class BaseRun(Tabled):
         return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
 
     @property
-    def position(self) -> Any:
+    def position(self) -> Array:
         """Centres (K, N, 3), inertial."""
         return self._get("position", "length")
 
     @property
-    def velocity(self) -> Any:
+    def velocity(self) -> Array:
         """Velocities (K, N, 3), inertial."""
         return self._get("velocity", "velocity")
 
     @property
-    def attitude(self) -> Any:
+    def attitude(self) -> npt.NDArray[np.float64]:
         """Unit quaternions (K, N, 4), ``[w, x, y, z]``."""
         return self._record["attitude"]
 
     @property
-    def spin(self) -> Any:
+    def spin(self) -> Array:
         """Angular velocities (K, N, 3), body frames."""
         return self._get("spin", "spin")
 
     @property
-    def energy(self) -> Any:
+    def energy(self) -> Array:
         """Total energy (K,)."""
         return self._energy(0)
 
     @property
-    def translational_energy(self) -> Any:
+    def translational_energy(self) -> Array:
         """Kinetic energy of the centres (K,)."""
         return self._energy(1)
 
     @property
-    def rotational_energy(self) -> Any:
+    def rotational_energy(self) -> Array:
         """Kinetic energy of the spins (K,)."""
         return self._energy(2)
 
     @property
-    def potential_energy(self) -> Any:
+    def potential_energy(self) -> Array:
         """Potential energy (K,), negative."""
         return self._energy(3)
 
-    def _energy(self, part: int) -> Any:
-        return self.system._units.attach(self._record["energy"][:, part], "energy")
+    def _energy(self, part: int) -> Array:
+        values: Array = self.system._units.attach(self._record["energy"][:, part], "energy")
+        return values
 
     @property
-    def angular_momentum(self) -> Any:
+    def angular_momentum(self) -> Array:
         """Total angular momentum (K, 3) about the origin, inertial.
 
         Formed about the barycentre, whose own constant part is added: it loses no digits as the system travels.

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import named_options
 from ..base.values import Record
 from ..errors import InvalidInput
 from ..model.state import State
+from ..typing import Array, Scalar
 
 if TYPE_CHECKING:
     from ..model.system import BaseSystem
@@ -34,11 +39,15 @@ class Dense:
         self._core = core
 
     @property
-    def range(self) -> tuple[Any, Any]:
+    def range(self) -> tuple[Scalar, Scalar]:
         """First and last time, in the direction of the run."""
         start, end = self._core.range
         return (self._system._units.attach(start, "time"), self._system._units.attach(end, "time"))
 
+    @overload
+    def __call__(self, time: float | str) -> State: ...
+    @overload
+    def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
         """The state at a time of the run, or the states at many.
 
@@ -98,8 +107,8 @@ class Samples(Record):
     attitude : ndarray, (K, N, 4)
     """
 
-    time: Any
-    position: Any
-    velocity: Any
-    attitude: Any
-    spin: Any
+    time: Array
+    position: Array
+    velocity: Array
+    attitude: npt.NDArray[np.float64]
+    spin: Array

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..base.values import Record
+from ..typing import Array
 
 __all__ = ["Track"]
 
@@ -44,19 +44,19 @@ class Track(Record):
     """
 
     name: str
-    time: Any
-    position: Any
-    velocity: Any
-    attitude: Any
-    spin: Any
+    time: Array
+    position: Array
+    velocity: Array
+    attitude: npt.NDArray[np.float64]
+    spin: Array
 
     @property
-    def rotation_matrix(self) -> Any:
+    def rotation_matrix(self) -> npt.NDArray[np.float64]:
         """Rotation matrices (K, 3, 3), body frame to inertial."""
         return attitudes(self.attitude).rotation_matrix if len(self.attitude) else np.zeros((0, 3, 3))
 
     @property
-    def tait_bryan(self) -> Any:
+    def tait_bryan(self) -> npt.NDArray[np.float64]:
         """The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
         return attitudes(self.attitude).tait_bryan if len(self.attitude) else np.zeros((0, 3))
 

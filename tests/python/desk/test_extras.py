@@ -1,10 +1,12 @@
 """Without an optional package whatever needs it says which extra to install, before any work is done."""
 
+import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
+import fullbody
 import nbclient
 import nbformat
 import pytest
@@ -102,6 +104,28 @@ def test_all_has_every_extra_for_users():
     (whole,) = extras.pop("all")
     assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(extras) - {"test", "docs", "dev"}
     assert any(needed.startswith("ipywidgets") for needed in extras["notebook"])
+
+
+def test_the_readme_names_the_extras():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    installing = (ROOT / "README.md").read_text().partition("## Installing")[2].partition("\n## ")[0]
+    told = dict(re.findall(r"^\| `(\w+)` \| ([\w, ]+) \| ", installing, re.M))
+    expected = {
+        name: ", ".join(re.split(r"\W", package)[0] for package in packages)
+        for name, packages in extras.items()
+        if name not in ("all", "test", "docs", "dev")
+    }
+    assert told == expected
+
+
+def test_the_readmes_snippets_run_with_what_they_say(tmp_path):
+    """The first without any optional package; the second with units and files, but without pictures and scipy."""
+    snippets = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    bare = ("astropy", "xarray", "h5netcdf", "h5py", "pandas", "matplotlib", "scipy", "jinja2", "ipywidgets")
+    for snippet, missing in zip(snippets, (bare, bare[5:]), strict=True):
+        code = f"import sys\nsys.modules.update(dict.fromkeys({missing!r}))\n{snippet}"
+        subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, cwd=tmp_path, capture_output=True)
+    assert len(fullbody.load(tmp_path / "run.nc")) == 721
 
 
 def test_a_progress_bar_in_jupyter_warns_of_nothing():

@@ -90,7 +90,7 @@ def test_orbit_outline_is_the_shadow_of_the_body():
 
 
 def test_orbit_of_three_is_about_the_body_asked_for(triple_run):
-    ax = triple_run.plot.orbit(primary=2, shapes=False)
+    ax = triple_run.plot.orbit(about=2, shapes=False)
     assert [line.get_label() for line in ax.lines] == ["big", "body 1"]
     assert np.array_equal(ax.lines[1].get_xdata(), (triple_run.position[:, 1] - triple_run.position[:, 2])[:, 0])
     assert ax.get_xlabel() == "x from a name as l… [system units]"
@@ -496,14 +496,14 @@ def test_motion_along_a_line_is_drawn_without_elements():
     assert not overlapping(figure)
     assert not cut(figure)
     with pytest.raises(fullbody.InvalidInput, match="both body 0; expected two bodies"):
-        run.plot(primary=0, secondary=0)
+        run.plot(body=0, about=0)
 
 
 def test_bad_requests_are_named(kw4_run):
     with pytest.raises(fullbody.InvalidInput, match="plane is 'ab'; expected one of"):
         kw4_run.plot.orbit(plane="ab")
-    with pytest.raises(fullbody.InvalidInput, match="primary is 2; expected a body's place, 0 to 1"):
-        kw4_run.plot.orbit(primary=2)
+    with pytest.raises(fullbody.InvalidInput, match="about is 2; expected a body's place, 0 to 1"):
+        kw4_run.plot.orbit(about=2)
     with pytest.raises(fullbody.InvalidInput, match="axes has 3 axes; expected 2"):
         kw4_run.plot.spins(axes=plt.subplots(3)[1])
     with pytest.raises(fullbody.InvalidInput, match="frame is 'sky'"):
