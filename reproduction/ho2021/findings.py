@@ -128,9 +128,9 @@ def _spin(r: Results) -> str:
 
         Several simple slips come to nearly the same; a table of the report sets them side by side. Of these,
         {len(slips)} miss none of the six numbers by more than {spin.NEAR:g}e-5 rad/s, and {exact or "none"} of the
-        {len(slips)} are within the rounding of all six, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose among them. The
-        year from each of these starts has another mean semi-major axis than the printed
-        {printed.YEAR["ellipsoid"].a_mean:.4f} km, which the stated start gives; so the paper's Figs. 7 and 8 do not
+        {len(slips)} are within the rounding of all six, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose
+        among them. The year from each of these starts has another mean semi-major axis than the printed
+        {printed.YEAR["ellipsoid"].a_mean:.4f} km, which the stated start gives. So the paper's Figs. 7 and 8 do not
         seem to come from one start. Which start Fig. 8 had, and why, cannot be told from the paper.
     """
 
