@@ -12,7 +12,7 @@ pub use ellipsoid::Ellipsoid;
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 
-/// What a body looks like.
+/// The shape of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// A homogeneous ellipsoid.
