@@ -1,4 +1,4 @@
-//! Potential and field of one body at single points, with the checks that a caller from outside needs.
+//! Potential and field of one body at single points, with every input and result checked.
 
 use super::{FarSeries, FieldKernel, Near};
 use crate::error::{Error, Result, require_finite};
@@ -18,7 +18,7 @@ pub struct ExteriorField {
     series: FarSeries,
 }
 
-/// Distance in units of the body beyond which the monopole is all that a double can tell.
+/// Distance in units of the body beyond which all but the monopole is below round-off.
 const MONOPOLE_FROM: f64 = 1e9;
 
 impl ExteriorField {

@@ -22,7 +22,7 @@ use pulp::Simd;
 /// Most terms a series may have; beyond, [`super::Near`] is faster.
 const MAX_TERMS: usize = 28;
 
-/// The body's part of the series.
+/// The coefficients of one body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarSeries {
     deviation: [f64; 3],
@@ -73,15 +73,15 @@ impl FarSeries {
         }
     }
 
-    /// The cut that meets a relative tolerance wherever kappa >= `kappa_min`, or `None` where that takes too many
-    /// terms.
+    /// How much of the series meets a relative tolerance wherever kappa >= `kappa_min`, or `None` where that takes too
+    /// many terms.
     pub fn cut_for(&self, kappa_min: f64, tolerance: f64) -> Option<FarCut> {
         let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let ratio = deviation / (kappa_min.max(0.0) + self.mean);
         if deviation == 0.0 {
             return Some(FarCut::default());
         }
-        // The coefficients of z^n are below (n + 1) max|d|^n, and 3/(2n + 3) takes the factor back.
+        // The coefficients of z^n are below (n + 1) max|d|^n; the factor 3/(2n + 3) makes up for the n + 1.
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
         // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
         let newton = match ratio {
@@ -93,7 +93,7 @@ impl FarSeries {
         (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
     }
 
-    /// The kernel of a cut.
+    /// The kernel with that much of the series.
     #[inline]
     pub fn cut(&self, cut: FarCut) -> Far<'_> {
         Far { series: self, cut }
@@ -113,14 +113,14 @@ fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
     h
 }
 
-/// How much of a series a distance needs; the default is the monopole.
+/// Numbers of terms and of Newton's steps that a distance needs; the default is the monopole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FarCut {
     terms: usize,
     newton: u32,
 }
 
-/// [`FarSeries`] with a cut.
+/// A series of which the terms of a [`FarCut`] are summed.
 #[derive(Debug, Clone, Copy)]
 pub struct Far<'a> {
     series: &'a FarSeries,

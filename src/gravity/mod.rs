@@ -29,7 +29,7 @@ use pulp::Simd;
 pub struct PointField<S: Simd> {
     /// R_D(s_j, s_k; s_i) for i = 1, 2, 3: the field is g_i = -x_i R_i.
     pub rd: [Lanes<S>; 3],
-    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
+    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
     pub rd_difference: [Lanes<S>; 3],
 }
 

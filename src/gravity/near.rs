@@ -93,7 +93,7 @@ impl FieldKernel for Near {
         (phi - r2.constant(1.0) / r2.sqrt(), rd)
     }
 
-    /// Over the middle of a flat body 1/r is many times Phi, and must not be added and taken away.
+    /// Over the middle of a flat body 1/r is many times Phi: added and taken away it would cost that many digits.
     #[inline(always)]
     fn potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> Lanes<S> {
         if self.is_flat() {

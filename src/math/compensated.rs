@@ -1,4 +1,4 @@
-//! Sums that keep what a double drops: error-free addition and a running sum with a low part.
+//! Sums that keep what rounding drops: error-free addition and a running sum with a low part.
 //!
 //! Knuth's two-sum and Dekker's fast two-sum; see Ogita, Rump & Oishi (2005), SIAM J. Sci. Comput. 26, 1955.
 

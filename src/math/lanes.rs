@@ -63,7 +63,7 @@ impl VectorPath {
 /// Registers that are worked on side by side, so that the latency of one hides behind the other's work.
 const INTERLEAVED: usize = 2;
 
-/// A block of doubles with the arithmetic operators: [`INTERLEAVED`] registers.
+/// A block of doubles with the arithmetic operators: `INTERLEAVED` registers.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd> {
     simd: S,

@@ -115,7 +115,7 @@ impl Pair {
         self.cheaper([degree(0), degree(1)], pose.separation.norm())
     }
 
-    /// The same by the rate of the confocal family; no bound.
+    /// The body to integrate over and a first guess of the degree, by the rate of the confocal family.
     fn by_guess(&self, pose: &Pose) -> (usize, usize) {
         let degree = |integrated: usize| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);

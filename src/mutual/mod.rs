@@ -1,8 +1,8 @@
 //! Force, torques and energy of a pair of bodies.
 //!
 //! Takes the relative pose of two bodies and gives an [`Interaction`] per unit G m_first m_second. Methods: the paper's
-//! surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and points. One quadrature a pair: the force
-//! on the second body is minus that on the first, and both torques come from the same nodes, so that
+//! surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and points. One quadrature serves a pair: the
+//! force on the second body is minus that on the first, and both torques come from the same nodes, so that
 //! M_first + M_second + r x F_second = 0 holds to round-off.
 
 mod choice;
@@ -51,7 +51,7 @@ struct Roles {
     turn: Mat3,
 }
 
-/// What a quadrature yields, in the field body's canonical frame, per unit G m m.
+/// The results of a quadrature, in the field body's canonical frame, per unit G m m.
 #[derive(Debug, Clone, Copy)]
 struct Balance {
     /// Force on the body that is integrated over.

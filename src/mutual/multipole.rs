@@ -7,7 +7,7 @@
 //!
 //! cut at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient and the torque on A comes from
 //! d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay & Krasny (2001),
-//! J. Comput. Phys. 172, 879. The practice of the field stops at N = 2 or 4.
+//! J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
 
 use super::{Interaction, Method, Pose};
 use crate::math::{Mat3, Vec3};

@@ -34,7 +34,7 @@ pub(super) enum Kernel {
     Near(Near),
 }
 
-/// What decides a rule: enough to make it again, bit for bit.
+/// The numbers from which a rule is made again, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RuleMemory {
     /// 0 where the first body is integrated over.

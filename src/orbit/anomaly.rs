@@ -1,7 +1,7 @@
 //! Kepler's equation: from the mean anomaly to the eccentric one, and back.
 //!
-//! Takes the eccentricity e != 1 as |1 - e| and e, which are not the same knowledge near e = 1; gives sines and
-//! cosines of the eccentric anomaly E (circular) or H (hyperbolic).
+//! Takes the eccentricity e != 1, and |1 - e| beside it, which may be known to more digits than e near 1 can hold; gives
+//! sines and cosines of the eccentric anomaly E (ellipse) or H (hyperbola).
 //! Both equations are written as sums of positive terms,
 //!
 //!   M = (1 - e) E + e (E - sin E),     M = (e - 1) sinh H + (sinh H - H),
@@ -12,10 +12,10 @@
 use crate::error::{Error, Result, require_finite};
 use std::f64::consts::{PI, TAU};
 
-/// What the double nearest 2 pi lacks.
+/// 2 pi less the double nearest to it.
 const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
 
-/// A place on an orbit: functions of the eccentric anomaly, circular or hyperbolic.
+/// A place on an orbit: functions of the eccentric anomaly of an ellipse or a hyperbola.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EccentricPlace {
     /// E in [-pi, pi], or H.
@@ -33,7 +33,7 @@ impl EccentricPlace {
     pub(super) fn from_mean(mean: f64, eccentricity: f64) -> Result<Self> {
         let gap = (1.0 - eccentricity).abs();
         if eccentricity < 1.0 {
-            // The library's sine knows pi to all the digits that a large angle needs.
+            // sin and cos take whole turns off a large angle without loss; a remainder by the double TAU would not.
             let nearest = if mean.abs() <= PI { mean } else { mean.sin().atan2(mean.cos()) };
             let anomaly = elliptic(nearest.abs(), eccentricity, gap)?.copysign(nearest);
             let half = (0.5 * anomaly).sin();
@@ -59,7 +59,7 @@ pub(super) fn hyperbolic_mean(sine: f64, gap: f64) -> f64 {
     gap * sine + beyond
 }
 
-/// An angle brought into [0, 2 pi); what lies nearer to 2 pi than a double can say becomes 0.
+/// The same angle in [0, 2 pi); one that would round to 2 pi becomes 0.
 pub(super) fn wrapped(angle: f64) -> f64 {
     let turns = (angle / TAU).floor();
     let inside = turns.mul_add(-TAU, turns.mul_add(-TAU_LOW, angle));

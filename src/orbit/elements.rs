@@ -17,9 +17,9 @@ use std::f64::consts::{PI, TAU};
 /// - in the plane of reference (i = 0 or i = pi) `longitude_of_node` = 0, and the other angles count from x in
 ///   the direction of motion: for i = pi that is clockwise, seen from +z.
 ///
-/// The way from Cartesian and back returns the state to a few 1e-15, except where six doubles cannot say more:
-/// near a parabola they pin 1 - e, and the state with it, a factor of 1/|1 - e| less well, and just before an
-/// ellipse's periapsis, where the mean anomaly is nearly 2 pi, up to 1/(1 - e)^(3/2).
+/// A state that is converted to elements and back returns to a few 1e-15, except where elements as doubles do not
+/// determine it so well: near a parabola the error grows by 1/|1 - e|, and just before an ellipse's periapsis, where the
+/// mean anomaly is nearly 2 pi, by up to 1/(1 - e)^(3/2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeplerElements {
     /// a: length, above zero for an ellipse, below zero for a hyperbola.
@@ -119,7 +119,8 @@ impl KeplerElements {
         self.semi_major_axis * (1.0 - self.eccentricity)
     }
 
-    /// The public fields may hold anything; every way out of here passes this.
+    /// Refuses numbers that are no orbit. The fields are public and may hold anything, so that every method that
+    /// computes with them checks them first.
     fn check(&self) -> Result<()> {
         let (a, e, i) = (self.semi_major_axis, self.eccentricity, self.inclination);
         let named = [

@@ -12,7 +12,7 @@ use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::Vec3;
 use crate::math::compensated::{Compensated, two_product};
 
-/// Below this eccentricity the orbit is a circle: a state's own rounding makes as much.
+/// The eccentricity that the rounding of a circle's state makes; below it an orbit counts as a circle.
 const CIRCULAR: f64 = 4.0 * f64::EPSILON;
 
 impl KeplerElements {
@@ -38,9 +38,9 @@ impl KeplerElements {
         }
         let radius = square_root(square);
         let u = over(times(radius, dot(velocity, velocity)), mu);
-        let (r, along) = (radius.high, dot(position, velocity).value());
+        let (r, r_dot_v) = (radius.high, dot(position, velocity).value());
         let p_over_r = h.norm_squared() / mu / r;
-        for (what, value) in [("r v^2 / mu", u.value()), ("h^2 / (mu r)", p_over_r), ("r . v", along)] {
+        for (what, value) in [("r v^2 / mu", u.value()), ("h^2 / (mu r)", p_over_r), ("r . v", r_dot_v)] {
             require_finite(what, &[value])?;
         }
 
@@ -52,23 +52,23 @@ impl KeplerElements {
                 "other than zero: a parabola has no semi-major axis",
             ));
         }
-        let outer = plus(-1.0, u).value();
-        let shape = Shape::new(p_over_r, r_over_a, outer, along, mu * r)?;
+        let u_minus_one = plus(-1.0, u).value();
+        let orbit = PlaneOrbit::new(p_over_r, r_over_a, u_minus_one, r_dot_v, mu * r)?;
 
         let inclination = h.x.hypot(h.y).atan2(h.z);
         let longitude_of_node = if h.x == 0.0 && h.y == 0.0 { 0.0 } else { wrapped(h.x.atan2(-h.y)) };
         let axes = OrbitAxes::new(longitude_of_node, inclination);
         let latitude = axes.ahead.dot(position).atan2(axes.node.dot(position));
-        let (argument_of_periapsis, mean_anomaly) = match shape.place {
+        let (argument_of_periapsis, mean_anomaly) = match orbit.place {
             None => (0.0, wrapped(latitude)),
             Some(Place { true_anomaly, mean }) => {
-                let mean = if shape.eccentricity < 1.0 { wrapped(mean) } else { mean };
+                let mean = if orbit.eccentricity < 1.0 { wrapped(mean) } else { mean };
                 (wrapped(latitude - true_anomaly), mean)
             }
         };
         Self::new(
             r / r_over_a,
-            shape.eccentricity,
+            orbit.eccentricity,
             inclination,
             longitude_of_node,
             argument_of_periapsis,
@@ -77,8 +77,8 @@ impl KeplerElements {
     }
 }
 
-/// What the orbit is in its own plane.
-struct Shape {
+/// The orbit in its own plane.
+struct PlaneOrbit {
     eccentricity: f64,
     /// None on a circle.
     place: Option<Place>,
@@ -89,15 +89,15 @@ struct Place {
     mean: f64,
 }
 
-impl Shape {
+impl PlaneOrbit {
     /// From p/r, r/a, u - 1, r.v and mu r.
-    fn new(p_over_r: f64, r_over_a: f64, outer: f64, along: f64, mu_r: f64) -> Result<Self> {
+    fn new(p_over_r: f64, r_over_a: f64, u_minus_one: f64, r_dot_v: f64, mu_r: f64) -> Result<Self> {
         let one_minus_square = p_over_r * r_over_a;
         // The eccentricity vector along the position and across it: e cos nu and e sin nu.
-        let round = one_minus_square > 0.5;
-        let cosine = if round { outer - along * (along / mu_r) } else { p_over_r - 1.0 };
-        let sine = p_over_r.sqrt() * (along / mu_r.sqrt());
-        // Near e = 1 the vector's length does not know on which side of 1 it is; 1 - e^2 does.
+        let low_eccentricity = one_minus_square > 0.5;
+        let cosine = if low_eccentricity { u_minus_one - r_dot_v * (r_dot_v / mu_r) } else { p_over_r - 1.0 };
+        let sine = p_over_r.sqrt() * (r_dot_v / mu_r.sqrt());
+        // Near e = 1 the length of this vector does not tell on which side of 1 the eccentricity lies; 1 - e^2 does.
         let e =
             if one_minus_square.abs() < 0.5 { (1.0 - one_minus_square).sqrt() } else { cosine.hypot(sine) };
         if e < CIRCULAR {
@@ -112,9 +112,9 @@ impl Shape {
         }
         let true_anomaly = sine.atan2(cosine);
         let gap = (one_minus_square / (1.0 + e)).abs();
-        let eccentric_sine = along * (r_over_a.abs() / mu_r).sqrt();
+        let eccentric_sine = r_dot_v * (r_over_a.abs() / mu_r).sqrt();
         let mean = if e < 1.0 {
-            elliptic_mean(eccentric_sine.atan2(outer), e, gap)
+            elliptic_mean(eccentric_sine.atan2(u_minus_one), e, gap)
         } else {
             hyperbolic_mean(eccentric_sine / e, gap)
         };

@@ -1,11 +1,13 @@
 //! Motion along a Kepler orbit of any kind by universal variables.
 //!
-//! Takes position, velocity, mu and a time; gives their changes, so that a caller who keeps low parts loses nothing of them.
+//! Takes position, velocity, mu and a time; gives the changes of position and velocity rather than new values, so that a
+//! caller who carries them in twice the working precision adds the changes without loss.
 //! Functions G_k and the solution as in Rein & Tamayo (2015), MNRAS 452, 376.
 
 use crate::math::Vec3;
 
-/// Changes of position and velocity over a time on the orbit through them; `None` if the equation has no solution in doubles.
+/// Changes of position and velocity over a time on the orbit through them; `None` where doubles overflow or the iteration
+/// does not end.
 pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Option<(Vec3, Vec3)> {
     if mu == 0.0 || time == 0.0 {
         return Some((velocity * time, Vec3::zeros()));
@@ -50,9 +52,10 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
             let r = r0 * g[0] + eta * g[1] + mu * g[2];
             let (f, fdot) = (-mu * g[2] / r0, -mu * g[1] / (r0 * r));
             let (g_time, gdot) = (r0 * g[1] + eta * g[2], -mu * g[2] / r);
-            let moved = f * position + g_time * velocity;
-            let turned = fdot * position + gdot * velocity;
-            return (moved.norm().is_finite() && turned.norm().is_finite()).then_some((moved, turned));
+            let position_change = f * position + g_time * velocity;
+            let velocity_change = fdot * position + gdot * velocity;
+            let finite = position_change.norm().is_finite() && velocity_change.norm().is_finite();
+            return finite.then_some((position_change, velocity_change));
         }
         last_change = change;
     }
@@ -67,7 +70,7 @@ fn functions(beta: f64, s: f64) -> [f64; 4] {
         z *= 0.25;
         doublings += 1;
     }
-    // c_k = 1/k! - z/(k+2)! + z^2/(k+4)! - ..., seven terms for |z| < 0.1.
+    // k! c_k = 1 - z k!/(k+2)! + z^2 k!/(k+4)! - ..., nine terms for |z| < 0.1.
     let series = |k: f64| {
         let mut sum = 1.0;
         for n in (0..8).rev() {

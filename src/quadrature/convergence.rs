@@ -61,7 +61,7 @@ impl Order {
     }
 }
 
-/// Rates below this leave the choice to comparison: the bounds then cost more than they are worth.
+/// For rates below this the bounds ask for more nodes than a comparison of rules does.
 const SLOWEST_RATE: f64 = 2.0;
 
 /// The degree to which the surface rule has to be exact, or `None` for bodies too close for the bound.
@@ -87,8 +87,8 @@ pub fn focal_degree(ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64, tole
     degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0, 1)
 }
 
-/// The smallest degree L with L^-power rate^-L below the tolerance, and some more for the torque, which is smaller than
-/// lever times force by about the rate.
+/// The smallest degree L with L^-power rate^-L below the tolerance, and `more`: the torque is smaller than lever times
+/// force by about the rate, and so must be its error.
 fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
     let plain = -tolerance.ln() / rate.ln();
     (rate >= SLOWEST_RATE)

@@ -26,7 +26,7 @@ impl Ellipsoid {
         for (row, &column) in order.iter().enumerate() {
             canonical[(row, column)] = 1.0;
         }
-        // A rotation, not a reflection: the ellipsoid does not mind a turned-round axis.
+        // An ellipsoid with an axis turned round is the same: a reflection is so made a rotation.
         let sign = canonical.determinant();
         canonical.row_mut(2).scale_mut(sign);
         Ok(Self { semi_axes, sorted: order.map(|i| semi_axes[i]), canonical })

@@ -15,7 +15,7 @@ use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// What a body looks like. Described by its semi-axes; none for a point.
+/// The shape of a body. Described by its semi-axes; none for a point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Option<[f64; 3]>", into = "Option<[f64; 3]>")]
 pub enum Shape {
