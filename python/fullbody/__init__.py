@@ -50,7 +50,6 @@ from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
     from . import plots, view
-    from .commands import cli as cli
 
     __version__: str
 else:
@@ -59,7 +58,7 @@ else:
         if name == "__version__":
             return version()
         # Not every run is drawn.
-        if name in ("cli", "plots", "view"):
+        if name in ("plots", "view"):
             from importlib import import_module
 
             return import_module(f".{name}", __name__)

@@ -59,7 +59,8 @@ class BodiesOverlap(FullbodyError, RuntimeError):
     bodies : tuple of str
         Their names.
     time : float
-        When, in the system's units: the time of the state, or in a run that of the contact. The run's last sample is before it.
+        When, in the system's units: the time of the state, or in a run that of the contact. The run's last sample is
+        before it.
     """
 
     def __init__(self, message: str, bodies: tuple[str, str] = ("", ""), time: float = float("nan")) -> None:

@@ -48,12 +48,17 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
 
     # By hand, and back from there.
     sim = fullbody.Simulation(system, FLYING, integrator)
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    before = []
+
+    def steps():
         for _ in range(10000):
-            before = sim.state
+            before[:] = [sim.state]
             sim.step(20.0)
+
+    with pytest.raises(fullbody.BodiesOverlap) as caught:
+        steps()
     assert caught.value.time == error.time
-    assert sim.state == before
+    assert [sim.state] == before
     back = sim.integrate(0.0)
     assert back.stop_reason == "end"
 
@@ -75,11 +80,10 @@ def test_time_of_contact_is_that_of_the_terminal_event():
         assert ended.stop_reason == "event"
         assert ended.time[-1] == caught.value.time
         # Grown by a hair they overlap there.
+        shapes = [fullbody.Ellipsoid(*(np.array(b.shape.semi_axes) * (1 + 1e-9))) for b in bodies]
+        larger = fullbody.System([fullbody.Body(shape, mass=1.0) for shape in shapes], G=0.1)
         with pytest.raises(fullbody.BodiesOverlap):
-            larger = [
-                fullbody.Body(fullbody.Ellipsoid(*(np.array(b.shape.semi_axes) * (1 + 1e-9))), mass=1.0) for b in bodies
-            ]
-            fullbody.System(larger, G=0.1).interactions(ended[-1])
+            larger.interactions(ended[-1])
 
 
 def test_units_in_the_error():

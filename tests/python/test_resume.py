@@ -7,7 +7,8 @@ import time
 import fullbody
 import numpy as np
 import pytest
-from fullbody import events, integrators
+from fullbody import events
+from fullbody.record import integrators
 
 KW4 = fullbody.systems.kw4_ho2021()
 UNTIL = 30.0

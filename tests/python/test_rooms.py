@@ -7,7 +7,10 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "python" / "fullbody"
 #: In the direction in which data flows; the extension module lies above all of them.
-ROOMS = "typing errors base model frames orbit events record files observables plots view motion peers setups systems commands"
+ROOMS = (
+    "typing errors base model frames orbit events record files observables plots view motion peers setups systems"
+    " commands"
+)
 
 
 def module(path):

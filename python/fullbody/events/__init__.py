@@ -120,8 +120,8 @@ class Separation(_OfPair):
 class Contact(_OfPair):
     """The surfaces of bodies i and j touch, also where they only graze.
 
-    Without it, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` at the time of the contact when bodies
-    begin to interpenetrate, be it for however short a time.
+    Without it, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` at the time of the
+    contact when bodies begin to interpenetrate, be it for however short a time.
 
     Parameters
     ----------

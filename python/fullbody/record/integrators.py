@@ -183,8 +183,8 @@ class LieGroupVariational(Integrator):
     Parameters
     ----------
     step : float or Quantity
-        Size of the steps, a time in the system's units. A step in which a body turns by a rad or more may have no solution; a run
-        then ends with a :class:`fullbody.NotConverged` that names the body and a step that does.
+        Size of the steps, a time in the system's units. A step in which a body turns by a rad or more may have no
+        solution; a run then ends with a :class:`fullbody.NotConverged` that names the body and a step that does.
 
     References
     ----------
@@ -208,8 +208,8 @@ class SymplecticSplitting(Integrator):
     Parameters
     ----------
     step : float or Quantity
-        Size of the steps, a time in the system's units. One in which a triaxial body turns by more than 1024 rad is refused with
-        :class:`fullbody.NotConverged`, which names a step that is not.
+        Size of the steps, a time in the system's units. One in which a triaxial body turns by more than 1024 rad is
+        refused with :class:`fullbody.NotConverged`, which names a step that is not.
     scheme : {"ABA864", "ABA1064", "leapfrog"}
         The near-integrable compositions (8,6,4) and (10,6,4), or the leapfrog.
 

@@ -126,7 +126,7 @@ def test_a_place_that_cannot_be_written_is_told_before_the_run(description, tmp_
         raise PermissionError(13, "Permission denied", str(path))
 
     # The tests may run as a user whom nothing is forbidden.
-    monkeypatch.setattr("pathlib.Path.touch", refuse)
+    monkeypatch.setattr("os.open", refuse)
     for option, path in (("-o", out), ("--page", tmp_path / "page.png")):
         assert main(["run", str(description), option, str(path)]) == 1
         assert str(tmp_path) in capsys.readouterr().err

@@ -110,7 +110,8 @@ def test_files_from_before_events_still_load(case1_run, tmp_path):
     for name in ("fullbody_events", "stop_reason"):
         del dataset.attrs[name]
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
-    again = fullbody.load(tmp_path / "old.nc")
+    with pytest.warns(fullbody.UncheckedFile):
+        again = fullbody.load(tmp_path / "old.nc")
     assert (again.events, again.stop_reason) == ([], "unknown")
     assert again != case1_run
     again.stop_reason = case1_run.stop_reason

@@ -2,6 +2,7 @@
 
 import fullbody
 import numpy as np
+import pytest
 from astropy import units as u
 from fullbody import events
 from support import DATA
@@ -41,7 +42,8 @@ file = "kw4.nc"
 
 
 def test_a_run_with_units_shapes_and_events():
-    run = fullbody.load(DATA / "events-0.1.0.nc")
+    with pytest.warns(fullbody.UncheckedFile):
+        run = fullbody.load(DATA / "events-0.1.0.nc")
     alpha, beta, gamma = run.system.bodies
     assert alpha.shape == fullbody.Ellipsoid(0.766 * u.km, 0.7475 * u.km, 0.6735 * u.km)
     assert beta.shape == fullbody.Sphere(0.23 * u.km)
