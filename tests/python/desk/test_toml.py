@@ -60,7 +60,7 @@ def read(tmp_path, text):
 def test_kw4_is_the_ready_made_one(tmp_path):
     setup = read(tmp_path, KW4)
     system, state = fullbody.systems.kw4_ho2021(units=True)
-    assert [body.shape.semi_axes for body in setup.system.bodies] == [b.shape.semi_axes for b in system.bodies]
+    assert [body.shape for body in setup.system.bodies] == [body.shape for body in system.bodies]
     assert np.array_equal(setup.system.masses, system.masses)
     assert setup.system.options["gravity"] == "surface"
     assert setup.system.options["gravity_tolerance"] == 1e-13
