@@ -49,6 +49,14 @@ impl<'a> Patience<'a> {
         }
     }
 
+    /// Counts the work where that is no reason to look at the clock; otherwise says no, and it is to be spent bit by bit.
+    #[inline]
+    pub fn affords(&mut self, work: u64) -> bool {
+        let left = self.left.checked_sub(work);
+        self.left = left.unwrap_or(self.left);
+        left.is_some()
+    }
+
     #[cold]
     fn look(&mut self, time: f64) -> Result<()> {
         self.left = UNITS;

@@ -5,10 +5,11 @@ use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Result};
 use crate::math::compensated::{Compensated, two_sum};
-use crate::math::lanes::{Term, WeightedRows, stride};
+use crate::math::lanes::{LargestChanges, Term, WeightedRows, stride};
 use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// What an integrator needs to know of its equations.
 pub trait Equations {
@@ -72,10 +73,21 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// The rates of change at the pair's own stages, the first one at the start.
-    pub fn rates(&self) -> impl Iterator<Item = &[f64]> {
-        let dimension = self.start.len();
-        self.rates.chunks_exact(stride(dimension)).take(self.tableau.stages).map(move |row| &row[..dimension])
+    /// The rates of change at the step's start.
+    pub fn first_rates(&self) -> &[f64] {
+        &self.rates[..self.start.len()]
+    }
+
+    /// By how much the rates of change of a range of numbers differ from the first ones at most, at the pair's own stages. `out` has
+    /// the [`Self::stride`] as its length, and what it holds elsewhere means nothing.
+    pub fn changes(&self, arch: Arch, range: Range<usize>, out: &mut [f64]) {
+        let rows = &self.rates[..self.tableau.stages * self.stride()];
+        arch.dispatch(LargestChanges { rows, range, out });
+    }
+
+    /// Length of the rows that the rates are kept in.
+    pub fn stride(&self) -> usize {
+        stride(self.start.len())
     }
 
     /// The tableau's [`Tableau::spread`].
@@ -241,7 +253,7 @@ impl Stepper {
                 self.refuse_tiny(size, "the error tolerance cannot be met")?;
             }
             equations.prepare(self.time(), &self.high, size, patience)?;
-            match self.attempt(equations, size, patience)? {
+            match self.attempt(equations, size, patience) {
                 Ok(error) if error <= 1.0 => {
                     self.accept(equations, size, end);
                     let factor = self.controller.accepted(error, self.tableau.error_order);
@@ -255,7 +267,8 @@ impl Stepper {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(error, self.tableau.error_order);
                 }
-                Err(reason) => {
+                Err(Unmade::Interrupted(error)) => return Err(error),
+                Err(Unmade::Refused(reason)) => {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(f64::INFINITY, self.tableau.error_order);
                     self.refuse_tiny(self.next, reason)?;
@@ -341,12 +354,12 @@ impl Stepper {
             let time = self.last.start() + self.tableau.c[stage] * self.last.size;
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            evaluate(equations, time, &self.trial[..dimension], rates, patience)?.map_err(|reason| {
-                Error::StepSizeTooSmall {
+            evaluate(equations, time, &self.trial[..dimension], rates, patience).map_err(|unmade| {
+                unmade.error(|reason| Error::StepSizeTooSmall {
                     time,
                     step: self.last.size,
                     reason: format!("{reason}, while interpolating"),
-                }
+                })
             })?;
             self.known += 1;
         }
@@ -384,7 +397,7 @@ impl Stepper {
         equations: &mut impl Equations,
         size: f64,
         patience: &mut Patience,
-    ) -> Result<std::result::Result<f64, &'static str>> {
+    ) -> std::result::Result<f64, Unmade> {
         let dimension = self.high.len();
         let time = self.time();
         self.formed = false;
@@ -394,13 +407,17 @@ impl Stepper {
         self.last.low.copy_from_slice(&self.low);
         let first = usize::from(self.fresh);
         self.known = first;
+        let work = equations.work() * self.tableau.stages as u64;
+        let quick = equations.parts() == 1 && patience.affords(work);
         for stage in first..self.tableau.stages {
             self.fill_trial(equations.arch(), stage, size);
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
             let (at, trial) = (time + self.tableau.c[stage] * size, &self.trial[..dimension]);
-            if let Err(reason) = evaluate(equations, at, trial, rates, patience)? {
-                return Ok(Err(reason));
+            if quick {
+                equations.derivative(0, at, trial, rates).map_err(Unmade::Refused)?;
+            } else {
+                evaluate(equations, at, trial, rates, patience)?;
             }
             self.fresh = true;
             self.known = stage + 1;
@@ -414,7 +431,7 @@ impl Stepper {
             }
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
-        Ok(if error.is_finite() { Ok(error) } else { Err("the error estimate is not finite") })
+        if error.is_finite() { Ok(error) } else { Err(Unmade::Refused("the error estimate is not finite")) }
     }
 
     /// y + size sum_j a_ij k_j.
@@ -466,7 +483,7 @@ impl Stepper {
         let unit = Tolerance { relative: 1.0, absolute: 0.0 };
         let (first, rest) = self.stages.split_at_mut(stride(dimension));
         let first = &mut first[..dimension];
-        evaluate(equations, time, &self.high, first, patience)?.map_err(failed)?;
+        evaluate(equations, time, &self.high, first, patience).map_err(|unmade| unmade.error(failed))?;
         self.statistics.evaluations += 2;
         // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
         let rate = equations.norm(&self.high, first, &unit);
@@ -477,8 +494,9 @@ impl Stepper {
         }
         let second = &mut rest[..dimension];
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
-        let curvature = match evaluate(equations, at, trial, second, patience)? {
-            Err(_) => f64::INFINITY,
+        let curvature = match evaluate(equations, at, trial, second, patience) {
+            Err(Unmade::Interrupted(error)) => return Err(error),
+            Err(Unmade::Refused(_)) => f64::INFINITY,
             Ok(()) => {
                 second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
                 equations.norm(&self.high, second, &unit)
@@ -493,22 +511,37 @@ impl Stepper {
     }
 }
 
-/// The rates of change at a trial vector, or why there are none.
-#[inline]
+/// Why an evaluation or an attempt was not made to its end.
+enum Unmade {
+    /// The equations refuse; a shorter step may do.
+    Refused(&'static str),
+    /// The caller does not want to go on.
+    Interrupted(Error),
+}
+
+impl Unmade {
+    /// The error that ends the integration, made from the reason of a refusal.
+    fn error(self, of: impl FnOnce(&str) -> Error) -> Error {
+        match self {
+            Self::Refused(reason) => of(reason),
+            Self::Interrupted(error) => error,
+        }
+    }
+}
+
+/// The rates of change at a trial vector.
 fn evaluate(
     equations: &mut impl Equations,
     time: f64,
     y: &[f64],
     rate: &mut [f64],
     patience: &mut Patience,
-) -> Result<std::result::Result<(), &'static str>> {
+) -> std::result::Result<(), Unmade> {
     for part in 0..equations.parts() {
-        patience.spend(equations.work(), time)?;
-        if let Err(reason) = equations.derivative(part, time, y, rate) {
-            return Ok(Err(reason));
-        }
+        patience.spend(equations.work(), time).map_err(Unmade::Interrupted)?;
+        equations.derivative(part, time, y, rate).map_err(Unmade::Refused)?;
     }
-    Ok(Ok(()))
+    Ok(())
 }
 
 fn terms(tableau: &Tableau) -> Vec<Vec<Term>> {

@@ -7,7 +7,7 @@
 use super::Vec3;
 use crate::names::Named;
 use pulp::{Arch, Simd, WithSimd};
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 /// The longest block that any path works on, in doubles; node lists are padded to a multiple of it.
 pub const BLOCK: usize = 8 * INTERLEAVED;
@@ -240,6 +240,38 @@ const COLUMNS: usize = 4;
 /// Length of rows that can be summed in whole groups of registers on every path.
 pub fn stride(length: usize) -> usize {
     length.next_multiple_of(8 * COLUMNS)
+}
+
+/// Largest differences of rows from the first one, in the columns of a range.
+pub struct LargestChanges<'a> {
+    /// Rows, one after the other, each of the length of `out`, a [`stride`].
+    pub rows: &'a [f64],
+    /// The columns that are wanted.
+    pub range: Range<usize>,
+    /// The differences; other columns are left with anything.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for LargestChanges<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let rows = S::as_simd_f64s(self.rows).0;
+        let out = S::as_mut_simd_f64s(self.out).0;
+        let width = out.len();
+        let columns = self.range.start / S::F64_LANES..self.range.end.div_ceil(S::F64_LANES);
+        for column in columns {
+            let first = rows[column];
+            let mut largest = simd.splat_f64s(0.0);
+            let mut place = column + width;
+            while place < rows.len() {
+                largest = simd.max_f64s(largest, simd.abs_f64s(simd.sub_f64s(rows[place], first)));
+                place += width;
+            }
+            out[column] = largest;
+        }
+    }
 }
 
 /// A term of a weighted sum of rows.

@@ -10,6 +10,7 @@ use crate::integrate::{Segment, Step};
 use crate::math::Vec3;
 use crate::patience::Patience;
 use crate::shape::Shape;
+use pulp::Arch;
 
 /// What rounding, and the bridge between the ends of fixed steps, may differ from what the bounds are made for.
 const MARGIN: f64 = 1e-9;
@@ -48,7 +49,7 @@ pub(super) struct Approach {
     extended: bool,
     /// By how much each body's path can bend from a line, without what is not known of the other bodies' pull.
     bends: Vec<f64>,
-    /// The same of each component of an acceleration: by how much it changes from stage to stage.
+    /// By how much accelerations change from stage to stage, where they lie in the vector of rates.
     changes: Vec<f64>,
     /// The largest pull on each body, and on two together at unit distance from all others.
     pulls: Vec<f64>,
@@ -90,7 +91,7 @@ impl Approach {
             extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
             bodies,
             bends: vec![0.0; n],
-            changes: vec![0.0; 3 * n],
+            changes: Vec::new(),
             pulls: vec![0.0; n],
             pull,
             nearest: vec![0.0; n * n.saturating_sub(1) / 2],
@@ -102,27 +103,35 @@ impl Approach {
     ///
     /// The interpolant of the positions is that of an acceleration, known at the pair's own stages. At those of the interpolant
     /// alone it is bounded by [`Self::apart`]. How far both bend it from the chord is [`Step::spread`].
-    pub fn excludes(&mut self, layout: Layout, step: &Step) -> bool {
+    pub fn excludes(&mut self, arch: Arch, layout: Layout, step: &Step) -> bool {
         if !self.extended {
             return true;
         }
         let velocities = layout.velocity(0)..layout.velocity(self.bodies.len());
-        let mut rates = step.rates().map(|rate| &rate[velocities.clone()]);
-        let Some(first) = rates.next() else { return false };
-        self.changes.fill(0.0);
-        for rate in rates {
-            for (change, (a, a0)) in self.changes.iter_mut().zip(rate.iter().zip(first)) {
-                let difference = (a - a0).abs();
-                *change = if difference > *change { difference } else { *change };
-            }
-        }
+        self.changes.resize(step.stride(), 0.0);
+        step.changes(arch, velocities.clone(), &mut self.changes);
         let [known, unknown] = step.spread();
         let square = step.size * step.size;
-        for (body, bend) in self.bends.iter_mut().enumerate() {
-            let change = vector(&self.changes, 3 * body).norm();
-            *bend = square * (known * change + (0.125 + unknown) * vector(first, 3 * body).norm());
+        let bend =
+            |first: f64, change: f64| square * ((0.125 + unknown) * first.sqrt() + known * change.sqrt());
+        let (first, change) = (&step.first_rates()[velocities.clone()], &self.changes[velocities]);
+        let largest = |values: &[f64]| {
+            values
+                .as_chunks::<3>()
+                .0
+                .iter()
+                .map(|v| v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+                .fold(0.0, larger)
+        };
+        let lines = Lines { layout, start: step.start, end: step.end, tangent: 0.0 };
+        if self.roughly_apart(&lines, bend(largest(first), largest(change)), square * unknown) {
+            return true;
         }
-        self.apart(layout, step.start, step.end, square * unknown, 0.0)
+        for (body, own) in self.bends.iter_mut().enumerate() {
+            let squared = |values: &[f64]| vector(values, 3 * body).norm_squared();
+            *own = bend(squared(first), squared(change));
+        }
+        self.apart(&lines, square * unknown)
     }
 
     /// Whether no two bodies can have met between the ends of a fixed step, on the motion from its start that is then tilted to end
@@ -134,55 +143,55 @@ impl Approach {
         if !self.extended {
             return true;
         }
-        self.bends.fill(0.0);
-        self.apart(layout, start, end, 0.5 * size * size, size)
+        let lines = Lines { layout, start, end, tangent: size };
+        let weight = 0.5 * size * size;
+        self.roughly_apart(&lines, 0.0, weight) || {
+            self.bends.fill(0.0);
+            self.apart(&lines, weight)
+        }
     }
 
-    /// Whether all pairs stay apart where bodies go straight from `start` to `end`, and straight along their first velocities for a
-    /// time `tangent`, but for their bends and `weight` times the largest acceleration.
+    /// Whether all pairs stay apart where bodies go along their lines, but for their bends and `weight` times the largest
+    /// acceleration.
     ///
     /// While two bodies are no nearer than half way from the nearest place on their lines to contact, their acceleration is at
     /// most G m / (d - p_1 - p_2)^2 there: each attracts like mass on its focal ellipse, which reaches p from its centre. If with
     /// this acceleration no pair goes farther than half its gap, then none has been nearer, and none has met. The same bound holds
     /// for the series of any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
-    fn apart(&mut self, layout: Layout, start: &[f64], end: &[f64], weight: f64, tangent: f64) -> bool {
-        self.roughly_apart(layout, start, end, weight, tangent) || {
-            self.pulls.fill(0.0);
-            let n = self.bodies.len();
-            let mut index = 0;
-            for i in 0..n {
-                for j in i + 1..n {
-                    let (from, to, along) = straight(layout, start, end, tangent, i, j);
-                    self.nearest[index] = nearest(&from, &to).min(nearest(&from, &along));
-                    let (a, b) = (&self.bodies[i], &self.bodies[j]);
-                    let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
-                    if weight > 0.0 {
-                        let per_mu = if inner > 0.0 { 1.0 / (inner * inner) } else { f64::INFINITY };
-                        self.pulls[i] += b.mu * per_mu;
-                        self.pulls[j] += a.mu * per_mu;
-                    }
-                    index += 1;
+    fn apart(&mut self, lines: &Lines, weight: f64) -> bool {
+        self.pulls.fill(0.0);
+        let n = self.bodies.len();
+        let mut index = 0;
+        for i in 0..n {
+            for j in i + 1..n {
+                let [from, to, along] = lines.of(i, j);
+                self.nearest[index] = nearest(&from, &to).min(nearest(&from, &along));
+                let (a, b) = (&self.bodies[i], &self.bodies[j]);
+                let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
+                if weight > 0.0 {
+                    let per_mu = if inner > 0.0 { 1.0 / (inner * inner) } else { f64::INFINITY };
+                    self.pulls[i] += b.mu * per_mu;
+                    self.pulls[j] += a.mu * per_mu;
                 }
+                index += 1;
             }
-            let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
-            // A NaN leaves a doubt.
-            pairs.all(|((i, j), near)| {
-                let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
-                bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
-            })
         }
+        let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
+        // A NaN leaves a doubt.
+        pairs.all(|((i, j), near)| {
+            let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
+            bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
+        })
     }
 
     /// The same with the least and the largest of all pairs in place of each pair's own, which is quickly said and mostly enough.
-    fn roughly_apart(&self, layout: Layout, start: &[f64], end: &[f64], weight: f64, tangent: f64) -> bool {
-        let n = self.bodies.len();
+    fn roughly_apart(&self, lines: &Lines, bend: f64, weight: f64) -> bool {
         let (mut gap, mut inner) = (f64::INFINITY, f64::INFINITY);
-        for i in 0..n {
-            for j in i + 1..n {
-                let (from, to, along) = straight(layout, start, end, tangent, i, j);
-                let way = (to - from).norm_squared().max((along - from).norm_squared());
+        for (i, a) in self.bodies.iter().enumerate() {
+            for (j, b) in self.bodies.iter().enumerate().skip(i + 1) {
+                let [from, to, along] = lines.of(i, j);
+                let way = larger((to - from).norm_squared(), (along - from).norm_squared());
                 let near = (1.0 - 2.0 * MARGIN) * from.norm() - way.sqrt();
-                let (a, b) = (&self.bodies[i], &self.bodies[j]);
                 let touching = a.radius + b.radius;
                 // Said so that NaN leaves a doubt.
                 let apart = near > touching;
@@ -193,8 +202,8 @@ impl Approach {
                 inner = inner.min(0.5 * (near + touching) - (a.focal + b.focal));
             }
         }
-        let bend = self.bends.iter().fold(0.0, |largest: f64, bend| largest.max(*bend));
-        inner > 0.0 && (2.0 * bend) * (inner * inner) + weight * self.pull <= 0.5 * gap * (inner * inner)
+        let square = inner * inner;
+        inner > 0.0 && 2.0 * bend * square + weight * self.pull <= 0.5 * gap * square
     }
 
     /// The first contact on a piece, which is the one with this index.
@@ -243,17 +252,35 @@ impl Approach {
 
 #[inline]
 fn vector(y: &[f64], index: usize) -> Vec3 {
-    Vec3::new(y[index], y[index + 1], y[index + 2])
+    let three = &y[index..index + 3];
+    Vec3::new(three[0], three[1], three[2])
 }
 
-/// The separation of two bodies at the start, at the end, and where the first velocities lead in a time.
+/// The larger of two numbers that are no NaN.
 #[inline]
-fn straight(layout: Layout, start: &[f64], end: &[f64], time: f64, i: usize, j: usize) -> (Vec3, Vec3, Vec3) {
-    let between = |y: &[f64], i: usize, j: usize| vector(y, j) - vector(y, i);
-    let (a, b) = (layout.position(i), layout.position(j));
-    let from = between(start, a, b);
-    let velocity = between(start, layout.velocity(i), layout.velocity(j));
-    (from, between(end, a, b), from + velocity * time)
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// Straight lines that bodies might go along.
+struct Lines<'a> {
+    layout: Layout,
+    start: &'a [f64],
+    end: &'a [f64],
+    /// For how long along the first velocities.
+    tangent: f64,
+}
+
+impl Lines<'_> {
+    /// The separation of two bodies at the start, at the end, and where the first velocities lead.
+    #[inline]
+    fn of(&self, i: usize, j: usize) -> [Vec3; 3] {
+        let between = |y: &[f64], i: usize, j: usize| vector(y, j) - vector(y, i);
+        let (a, b) = (self.layout.position(i), self.layout.position(j));
+        let from = between(self.start, a, b);
+        let velocity = between(self.start, self.layout.velocity(i), self.layout.velocity(j));
+        [from, between(self.end, a, b), from + velocity * self.tangent]
+    }
 }
 
 /// How near the straight way between two places comes to the origin.

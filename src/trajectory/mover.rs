@@ -143,7 +143,9 @@ impl Mover {
         let layout = motion.equations.layout();
         match self {
             Self::Adaptive(stepper) => {
-                if !looked && motion.approach.excludes(layout, &stepper.last()) {
+                if !looked
+                    && motion.approach.excludes(motion.equations.system().arch(), layout, &stepper.last())
+                {
                     return Ok(None);
                 }
                 let piece = stepper.segment(motion, patience)?;

@@ -52,15 +52,8 @@ fn overlap(outcome: Result<(), Error>) -> (String, f64) {
 /// Two unit spheres on parallel lines at speed 10, `aside` apart there; nearest at time 10 (or -10, run backwards).
 fn passing(aside: f64, sign: f64) -> State {
     let position = vec![Vec3::new(-100.0 * sign, 0.5 * aside, 0.0), Vec3::new(0.0, -0.5 * aside, 0.0)];
-    let velocity = vec![Vec3::new(10.0 * sign, 0.0, 0.0), Vec3::zeros()];
-    State::new(
-        0.0,
-        position,
-        velocity.iter().map(|v| v * sign).collect(),
-        vec![STILL; 2],
-        vec![Vec3::zeros(); 2],
-    )
-    .unwrap()
+    let velocity = vec![Vec3::new(10.0, 0.0, 0.0), Vec3::zeros()];
+    State::new(0.0, position, velocity, vec![STILL; 2], vec![Vec3::zeros(); 2]).unwrap()
 }
 
 /// Without gravity every step is as long as the run, and the time of contact is that of straight lines: however shallow.
@@ -191,7 +184,10 @@ proptest! {
     ) {
         prop_assume!(n.cross(&other).norm() > 0.1);
         let (p, q) = (rotation::normalised(p), rotation::normalised(q));
-        let system = system(&[Shape::ellipsoid(a).unwrap(), Shape::ellipsoid(b).unwrap()], 0.0);
+        let bodies = system(&[Shape::ellipsoid(a).unwrap(), Shape::ellipsoid(b).unwrap()], 0.0).bodies().to_vec();
+        // The series to degree two: quadratures do not converge between sharp rims in contact.
+        let settings = Settings { gravity: Method::Multipole(2), ..Settings::default() };
+        let system = System::new(bodies, 0.0, settings).unwrap();
         let start = |r: Vec3, v: Vec3| {
             State::new(0.0, vec![-0.5 * r, 0.5 * r], vec![-0.5 * v, 0.5 * v], vec![p, q], vec![Vec3::zeros(); 2]).unwrap()
         };
@@ -239,7 +235,13 @@ proptest! {
             attempt(&mut simulation, until, &Output::Times(vec![]), &mut [], dense)
         };
         let ((_, plain), (record, dense)) = (run(false), run(true));
-        prop_assert_eq!(&plain, &dense, "{:?}", integrator);
+        // What is between the ends of fixed steps depends at round-off on what was looked at before.
+        match (&plain, &dense) {
+            (Err(Error::BodiesOverlap { time, .. }), Err(Error::BodiesOverlap { time: other, .. })) => {
+                prop_assert!((time - other).abs() < 1e-13 * until, "{integrator:?}: {time} {other}");
+            }
+            _ => prop_assert_eq!(&plain, &dense, "{:?}", integrator),
+        }
         if let Some(solution) = &record.dense {
             let (from, to) = solution.range();
             for k in 0..=400 {
