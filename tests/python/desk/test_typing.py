@@ -55,7 +55,7 @@ reveal_type(elements.to_frame("ecliptic").Omega)                # Array
 reveal_type(fullbody.observables.mutual_period(run).mean)       # Scalar
 reveal_type(fullbody.observables.obliquity(run))                # Array
 reveal_type(run.plot.orbit())                                   # Axes
-reveal_type(run.plot())                                         # Figure
+reveal_type(run.plot())                                         # Page
 reveal_type(run.plot.elements())                                # ndarray
 reveal_type(run.to_xarray())                                    # Dataset
 reveal_type(fullbody.__version__)                               # str
