@@ -26,4 +26,4 @@ pub use tableau::{Interpolant, Tableau};
 pub use verner65::VERNER65;
 pub use verner76::VERNER76;
 pub use verner87::VERNER87;
-pub use verner98::VERNER98;
+pub use verner98::{VERNER96, VERNER98};

@@ -3,7 +3,7 @@
 use crate::dynamics::Parts;
 use crate::integrate::{
     Composition, DORMAND_PRINCE54, KICK_DRIFT_KICK, Scheme, Tableau, Tolerance, VERNER65, VERNER76, VERNER87,
-    VERNER98,
+    VERNER96, VERNER98,
 };
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +21,8 @@ pub enum Integrator {
     Verner87(Tolerance),
     /// Verner's pair of orders 9 and 8; interpolant of order 9 by 10 further evaluations.
     Verner98(Tolerance),
+    /// The same with steps so short that their own errors are less than what rounding leaves at random, over 1e7 of them.
+    Verner98ToRoundoff,
     /// The Lie group variational integrator of Lee, Leok & McClamroch (2007): second order, symplectic, one evaluation a step.
     LieGroupVariational {
         /// Size of the steps.
@@ -53,6 +55,7 @@ impl Integrator {
             Self::Verner76(tolerance) => Steps::Controlled(&VERNER76, tolerance),
             Self::Verner87(tolerance) => Steps::Controlled(&VERNER87, tolerance),
             Self::Verner98(tolerance) => Steps::Controlled(&VERNER98, tolerance),
+            Self::Verner98ToRoundoff => Steps::Controlled(&VERNER96, Tolerance::TO_ROUNDOFF),
             Self::LieGroupVariational { step } => Steps::Fixed(&KICK_DRIFT_KICK, Parts::Free, step),
             Self::SymplecticSplitting { step, scheme } => {
                 Steps::Fixed(scheme.composition(), Parts::Kepler, step)

@@ -2,11 +2,12 @@
 
 use super::problems::{Kepler, distance};
 use fullbody::integrate::{
-    DORMAND_PRINCE54, Equations, Stepper, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER98,
+    DORMAND_PRINCE54, Equations, Stepper, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER96,
+    VERNER98,
 };
 use fullbody::patience::Patience;
 
-const PAIRS: [&Tableau; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER98];
+const PAIRS: [&Tableau; 6] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER96, &VERNER98];
 const E: f64 = 0.3;
 
 /// One step of size `h` from Kepler's state at `time`, with given weights.
