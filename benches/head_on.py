@@ -4,9 +4,9 @@
 
 Random pairs of spheres, points and ellipsoids fly at each other: head-on, with or without spin and gravity, and grazing, with
 hardly any gravity and no spin, so that the depth of the graze is known in closed form. Every integrator takes its turn, with
-sloppy and with tight tolerances, with short steps and with steps longer than the whole encounter, forwards and backwards.
-Prints for each integrator how many collisions the run passed over, how many it told of only after it had recorded bodies
-inside each other, how many ended with another error, and how many passes beside each other were called a collision.
+sloppy and with tight tolerances, with short steps and with steps longer than the whole encounter, both ways in time.
+Prints for each integrator how many collisions the run passed over, how many it told of only after it had recorded
+bodies inside each other, how many ended with another error, and how many passes beside each other were called a collision.
 Exits with 1 unless all but the other errors are zero.
 """
 
@@ -103,7 +103,7 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
         if rng.random() < 0.5:
             spin = rng.normal(size=(2, 3)) * speed / size
     else:
-        # With a normal across the path, both touch where their centres differ by the sum of the places with that normal.
+        # With a normal across the path both touch where their centres differ by the sum of the places with that normal.
         G = speed**2 * size * 1e-22
         normal = np.cross(along, direction(rng))
         normal /= np.linalg.norm(normal)
