@@ -2,12 +2,12 @@
 
     python benches/head_on.py [--runs 24000] [--seed 1]
 
-Random pairs of spheres, points and ellipsoids fly at each other: head-on, with or without spin and gravity, and grazing, with
-hardly any gravity and no spin, so that the depth of the graze is known in closed form. Every integrator takes its turn, with
-sloppy and with tight tolerances, with short steps and with steps longer than the whole encounter, both ways in time.
-Prints for each integrator how many collisions the run passed over, how many it told of only after it had recorded
-bodies inside each other, how many ended with another error, and how many passes beside each other were called a collision.
-Exits with 1 unless all but the other errors are zero.
+Random pairs of spheres, points and ellipsoids fly at each other: head-on, with or without spin and gravity, and
+grazing, with hardly any gravity and no spin, so that the depth of the graze is known in closed form. Every integrator
+takes its turn, with sloppy and with tight tolerances, with short steps and with steps longer than the whole
+encounter, both ways in time. Prints for each integrator how many collisions the run passed over, how many it told of
+only after it had recorded bodies inside each other, how many ended with another error, and how many passes beside
+each other were called a collision. Exits with 1 unless all but the other errors are zero.
 """
 
 from __future__ import annotations

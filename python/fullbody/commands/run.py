@@ -25,7 +25,7 @@ def register(subparsers: Any) -> None:
         "run",
         help="integrate what a system.toml describes",
         description="Integrate what a system.toml describes and write the run as NetCDF. See the documentation of "
-        "fullbody.toml_setup for the file's keys.",
+        "fullbody.setups.toml for the file's keys.",
     )
     parser.add_argument("file", type=Path, help="the description, a .toml")
     parser.add_argument("-o", "--out", type=Path, help="NetCDF file to write; as in the description, unless given")

@@ -119,8 +119,8 @@ class Verner98(_Adaptive):
     -----
     Every step errs a little in the same direction, at every tolerance: the energy drifts in proportion to the time. At
     the default that is 5e-17 a step on a Kepler orbit of eccentricity 0.1, 8e-16 at 0.5, and 1e-19 of the orbital
-    energy in 1999 KW4. It is the tenth part for a tenth of the tolerance. Where runs of a million steps and more are to keep
-    their energy as well as doubles can, take :meth:`to_roundoff`, or :class:`SymplecticSplitting`.
+    energy in 1999 KW4. It is the tenth part for a tenth of the tolerance. Where runs of a million steps and more
+    are to keep their energy as well as doubles can, take :meth:`to_roundoff`, or :class:`SymplecticSplitting`.
 
     References
     ----------
