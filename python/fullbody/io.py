@@ -90,6 +90,7 @@ def netcdf() -> Any:
     """xarray, able to read and write NetCDF."""
     with need("data", "a run as a file"):
         import h5netcdf  # noqa: F401
+        import h5py  # noqa: F401
         import xarray as xr
     return xr
 

@@ -43,8 +43,9 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in ("orbit", "elements", "spin
         ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
         ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
         ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
-        ("xarray", ["run.to_xarray()", "run.save('a.nc')", "fullbody.load('a.nc')", "main(['kw4'])"], "data"),
-        ("h5netcdf", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
+        ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])"], "data"),
+        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])"], "data"),
+        ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
         ("jinja2", ["main(['reproduce'])"], "report"),
         (
