@@ -226,7 +226,7 @@ class SymplecticSplitting(Integrator):
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", _time(self.step))
         schemes = ("ABA864", "ABA1064", "leapfrog")
-        if self.scheme not in schemes:
+        if not (isinstance(self.scheme, str) and self.scheme in schemes):
             raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")
 
     def _arguments(self, strip: Any) -> tuple[str, float, float, float, str]:
