@@ -92,7 +92,7 @@ DOORS: list[Door] = [
     file_door(
         "toml",
         ".toml",
-        _edited([_example(), *_texts(*sorted((CORPUS / "toml").glob("*.toml")))], [*_TOML, *_NUMBERS]),
+        _edited([_example(), *_texts(*sorted((CORPUS / "toml").glob("[!f]*.toml")))], [*_TOML, *_NUMBERS]),
         _read_toml,
     ),
     file_door("sians", ".txt", _edited(_texts(*sorted(_PEERS.glob("sians*"))), [*_NUMBERS, "@", "sun:"]), _read_sians),

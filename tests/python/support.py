@@ -1,6 +1,7 @@
 """What several test files share: textbook formulas, distances between rotations, strategies of hypothesis."""
 
 import json
+import os
 from pathlib import Path
 
 import fullbody
@@ -79,6 +80,18 @@ def worst(value, expected, scale=None):
     value, expected = np.asarray(value, dtype=float), np.asarray(expected, dtype=float)
     scale = np.abs(expected).max() if scale is None else scale
     return np.abs(value - expected).max() / scale
+
+
+def forbid(monkeypatch):
+    """As in a folder where nobody may make a file; the tests may run as a user whom nothing is forbidden."""
+    original = os.open
+
+    def refuse(path, flags, *args, **options):
+        if flags & os.O_CREAT:
+            raise PermissionError(13, "Permission denied", str(path))
+        return original(path, flags, *args, **options)
+
+    monkeypatch.setattr(os, "open", refuse)
 
 
 # Strategies

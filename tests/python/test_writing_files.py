@@ -12,6 +12,7 @@ from pathlib import Path
 import fullbody
 import pytest
 from fullbody.base.atomic import check_place, replacing
+from support import forbid
 
 
 @pytest.fixture(scope="module")
@@ -297,18 +298,6 @@ def test_a_name_too_long_for_the_system_is_told(run, tmp_path):
 
 
 # Places that cannot be written
-
-
-def forbid(monkeypatch):
-    """As in a folder where nobody may make a file; the tests may run as a user whom nothing is forbidden."""
-    original = os.open
-
-    def refuse(path, flags, *args, **options):
-        if flags & os.O_CREAT:
-            raise PermissionError(13, "Permission denied", str(path))
-        return original(path, flags, *args, **options)
-
-    monkeypatch.setattr(os, "open", refuse)
 
 
 @every_writer

@@ -96,7 +96,7 @@ def positive(value: Any, unit: str, what: str) -> Any:
         number = np.asarray(getattr(value, "value", value))
         if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
             raise InvalidInput(f"{what} is {value!r}; expected")
-    except InvalidInput as error:
+    except ValueError as error:
         raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero") from error
     if is_quantity(value):
         from astropy import units as u

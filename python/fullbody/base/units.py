@@ -342,7 +342,9 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
     from astropy import units as u
 
     try:
-        return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
+        # What overflows is infinite, and refused where that is.
+        with np.errstate(over="ignore"):
+            return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
     except u.UnitConversionError as error:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
 

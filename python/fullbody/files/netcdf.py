@@ -108,7 +108,7 @@ def netcdf() -> Any:
     """xarray, able to read and write NetCDF."""
     with need("data", "a run as a file"):
         import h5netcdf  # noqa: F401
-        import h5py  # type: ignore[import-untyped]  # noqa: F401
+        import h5py  # noqa: F401
         import xarray as xr
     return xr
 

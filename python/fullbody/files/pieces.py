@@ -36,7 +36,7 @@ def read(name: str, variable: Any, file: IO[bytes]) -> npt.NDArray[Any]:
     InvalidInput
         For more numbers than the file is long enough for, for some that are not there, and for damaged ones.
     """
-    import h5py  # type: ignore[import-untyped]
+    import h5py
 
     properties = variable.id.get_create_plist()
     filters = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
@@ -72,7 +72,7 @@ def _places(name: str, variable: Any, end: int) -> list[tuple[tuple[int, ...], i
     if variable.chunks is None:
         return [((0,) * variable.ndim, variable.id.get_offset(), variable.id.get_storage_size(), 0)]
     counts = [-(-length // step) for length, step in zip(variable.shape, variable.chunks, strict=True)]
-    places: list[tuple[tuple[int, ...], int, int, int]] = []
+    places: list[tuple[tuple[int, ...], int | None, int, int]] = []
 
     def visit(piece: Any) -> bool | None:
         places.append((piece.chunk_offset, piece.byte_offset, piece.size, piece.filter_mask))
@@ -89,7 +89,7 @@ def _places(name: str, variable: Any, end: int) -> list[tuple[tuple[int, ...], i
             for first, step, size in zip(corner, variable.chunks, variable.shape, strict=True)
         ):
             raise _incomplete(name)
-    return list(places)
+    return places
 
 
 def _decoded(name: str, data: bytes, filters: list[int], width: int, count: int) -> bytes:

@@ -32,7 +32,7 @@ def opened(path: Path) -> Iterator[Stored]:
         Where there is none.
     """
     with need("data", "a run from a file"):
-        import h5py  # type: ignore[import-untyped]
+        import h5py
 
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")

@@ -116,7 +116,8 @@ class KeplerElements(Generic[_T], Tabled):
         object.__setattr__(self, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
             value = gathered(value, name, "angle" if name in _ANGLES else "length")
-            object.__setattr__(self, name, numbers(value, name) if isinstance(value, list | tuple) else value)
+            plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
+            object.__setattr__(self, name, numbers(value, name) if plain else value)
         # Any mu will do to have the core check the rest.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
         for name in ("Omega", "omega", "M"):

@@ -288,5 +288,6 @@ class SymplecticSplitting(Integrator):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", _time(self.step))
-        if self.scheme not in get_args(_Scheme):
-            raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {get_args(_Scheme)}")
+        schemes = get_args(_Scheme)
+        if not (isinstance(self.scheme, str) and self.scheme in schemes):
+            raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")

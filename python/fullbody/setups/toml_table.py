@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import suggestion
-from ..base.units import Units, from_text
+from ..base.units import Units, from_text, scalar
 from ..errors import FullbodyError, InvalidInput
 
 __all__ = ["Table"]
@@ -98,7 +98,7 @@ class Table:
         except InvalidInput as error:
             raise self.fault(key, str(error).strip()) from error
         with self.naming(key):
-            return float(units.strip(quantity, dimension, repr(item)))
+            return scalar(units.strip(quantity, dimension, repr(item)), repr(item))
 
     def only(self, *known: str) -> Table:
         """Refuse keys other than these, before a misspelt one is reported as missing."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from fullbody.commands.cli import main
 from PIL import Image
+from support import forbid
 from test_toml import KW4, PAIR
 
 
@@ -121,12 +122,7 @@ def test_a_place_that_cannot_be_written_is_told_before_the_run(description, tmp_
     assert main(["run", str(description), "-o", str(out)]) == 1
     assert capsys.readouterr().err == f"fullbody: [Errno 21] Is a directory: '{out}'\n"
     out.rmdir()
-
-    def refuse(path, *_, **__):
-        raise PermissionError(13, "Permission denied", str(path))
-
-    # The tests may run as a user whom nothing is forbidden.
-    monkeypatch.setattr("os.open", refuse)
+    forbid(monkeypatch)
     for option, path in (("-o", out), ("--page", tmp_path / "page.png")):
         assert main(["run", str(description), option, str(path)]) == 1
         assert str(tmp_path) in capsys.readouterr().err

@@ -105,6 +105,7 @@ def test_stop_reasons_are_kept(tmp_path):
     assert fullbody.load(tmp_path / "run.nc").stop_reason == "unfinished"
 
 
+@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
 def test_files_from_before_events_still_load(case1_run, tmp_path):
     dataset = case1_run.to_xarray()
     for name in ("fullbody_events", "stop_reason"):
