@@ -49,7 +49,7 @@ test-rust:
 	cargo test --no-default-features
 
 test-python: $(VENV)/.dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 check: $(VENV)/.dev  ## formats, lints, types, stubs
 	cargo fmt --check

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 
 DAYS = 100.0
 #: The film begins on this day; a picture every 50 minutes, behind Dimorphos a trail of ten hours.
-FROM, PICTURES, EVERY, TRAIL = 60, 60, 5, 60
+FROM, PICTURES, EVERY, TRAIL = 20, 60, 5, 60
 LOOK = {"roll": "#D55E00", "yaw": "#0072B2"}
 
 
 def main() -> None:
     """Run, draw, write."""
-    system, state = fullbody.systems.didymos_after_dart(units=True)
+    system, state = fullbody.systems.didymos_after_dart(tilt=1e-3, units=True)
     run = system.integrate(state, f"{DAYS} day", output="0.5 h")
     film = system.integrate(run[48 * FROM], f"{FROM * 1440 + 10 * (TRAIL + PICTURES * EVERY)} min", output="10 min")
     mpl.rcParams.update({"font.size": 8.0})
