@@ -151,7 +151,9 @@ impl PySimulation {
                         progress.call1(py, (p.start, p.time, p.end))?;
                     }
                     match &autosave {
-                        Some((every, save)) if saved.elapsed() >= Duration::from_secs_f64(*every) => {
+                        Some((every, save))
+                            if p.time != p.start && saved.elapsed() >= Duration::from_secs_f64(*every) =>
+                        {
                             saved = Instant::now();
                             let bytes = PyBytes::new(py, &simulation.to_bytes()?);
                             save.call1(py, (bytes,)).map(drop)

@@ -83,7 +83,7 @@ fn compare(
     watched.push(interruption(share * until, until));
     let (begun, outcome) = run(&mut first, until, &times, &mut watched);
     assert!(matches!(outcome, Err(Error::Interrupted { .. })), "{label}");
-    assert_eq!(begun.stop_reason, StopReason::Unfinished);
+    assert_eq!(begun.stop_reason, StopReason::Interrupted);
     let now = first.time();
     assert!((share * until - now) * until >= 0.0 && now.abs() < until.abs(), "{label}: {now}");
     assert_eq!(begun.dense.as_ref().unwrap().range(), (0.0, now));
