@@ -4,10 +4,11 @@
 
 Random pairs of spheres, points and ellipsoids fly at each other: head-on, with or without spin and gravity, and
 grazing, with hardly any gravity and no spin, so that the depth of the graze is known in closed form. Every integrator
-takes its turn, with sloppy and with tight tolerances, with short steps and with steps longer than the whole
-encounter, both ways in time. Prints for each integrator how many collisions the run passed over, how many it told of
-only after it had recorded bodies inside each other, how many ended with another error, and how many passes beside
-each other were called a collision. Exits with 1 unless all but the other errors are zero.
+takes its turn, with sloppy and with tight tolerances, with short steps and with steps longer than the whole encounter,
+forwards and backwards. Prints for each integrator how many collisions the run passed over, how many it told of only
+after it had recorded bodies inside each other, how many ended with another error (a fixed step that is too long for its
+bodies is refused), and how many passes beside each other were called a collision. Exits with 1 unless all but the other
+errors are zero.
 """
 
 from __future__ import annotations
@@ -47,19 +48,18 @@ def shape(rng: np.random.Generator, kind: str) -> fullbody.Ellipsoid | fullbody.
     return fullbody.Ellipsoid(*(size * rng.permutation([1.0, *rng.uniform(0.15, 1.0, 2)])))
 
 
-def reach(body: fullbody.Body, q: Vector, n: Vector) -> tuple[Vector, float]:
-    """The place of a body, from its centre, where its outward normal is n, and how far that is along n."""
+def place(body: fullbody.Body, q: Vector, n: Vector) -> Vector:
+    """The place of a body, from its centre, where its outward normal is n."""
     if isinstance(body.shape, fullbody.PointMass):
-        return np.zeros(3), 0.0
+        return np.zeros(3)
     w, v = q[0], q[1:]
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     frame = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
     spread = frame @ np.diag(np.square(body.shape.semi_axes)) @ frame.T
-    h = np.sqrt(n @ spread @ n)
-    return spread @ n / h, h
+    return spread @ n / np.sqrt(n @ spread @ n)
 
 
-def integrator(rng: np.random.Generator, crossing: float) -> fullbody.integrators.Integrator:
+def integrator(rng: np.random.Generator, crossing: float) -> fullbody.record.integrators.Integrator:
     """One of all; `crossing` is the time in which the bodies pass each other."""
     pairs = [
         fullbody.DormandPrince54,
@@ -78,7 +78,7 @@ def integrator(rng: np.random.Generator, crossing: float) -> fullbody.integrator
     return fullbody.SymplecticSplitting(step, ("leapfrog", "ABA864", "ABA1064")[kind - len(pairs) - 1])
 
 
-def name(one: fullbody.integrators.Integrator) -> str:
+def name(one: fullbody.record.integrators.Integrator) -> str:
     return getattr(one, "scheme", type(one).__name__)
 
 
@@ -103,13 +103,13 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
         if rng.random() < 0.5:
             spin = rng.normal(size=(2, 3)) * speed / size
     else:
-        # With a normal across the path both touch where their centres differ by the sum of the places with that normal.
+        # With a normal across the path, both touch where their centres are the sum of the places with it apart.
         G = speed**2 * size * 1e-22
         normal = np.cross(along, direction(rng))
         normal /= np.linalg.norm(normal)
-        (a, h), (b, k) = (reach(body, q, normal) for body, q in zip(bodies, turned, strict=True))
+        touching = sum(place(body, q, normal) for body, q in zip(bodies, turned, strict=True))
         depth = 10.0 ** rng.uniform(-6, -0.5) * (1 if style == "graze" else -1)
-        nearest = (a + b) - depth * (h + k) * normal
+        nearest = (1.0 - depth) * touching
     backwards = rng.random() < 0.5
     sign = -1.0 if backwards else 1.0
     share = bodies[1].mass / (bodies[0].mass + bodies[1].mass)

@@ -289,9 +289,16 @@ impl Fixed {
                 });
             }
             bridge.stepper.step(&mut bridge.motion, end, patience)?;
-            let piece = bridge.stepper.segment(&mut bridge.motion, patience)?;
-            self.met = bridge.motion.approach.search(layout, piece, index, patience)?;
-            self.pieces.push(piece.clone());
+            let piece = match bridge.stepper.segment(&mut bridge.motion, patience) {
+                Ok(piece) => piece.clone(),
+                Err(Error::StepSizeTooSmall { reason, .. }) => {
+                    bridge.stepper.shorten(&reason)?;
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            self.met = bridge.motion.approach.search(layout, &piece, index, patience)?;
+            self.pieces.push(piece);
         }
         self.stepper.count(bridge.stepper.statistics().evaluations - evaluations);
         Ok(())

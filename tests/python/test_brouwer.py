@@ -129,7 +129,9 @@ def test_its_name():
         fullbody.Verner98(1e-17, 0.0)
     for kind in (fullbody.Verner87, fullbody.DormandPrince54):
         assert not hasattr(kind, "to_roundoff")
-        with pytest.raises(fullbody.InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
+        with pytest.raises(
+            fullbody.InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"
+        ):
             kind(0.0, 0.0)
 
 
