@@ -16,6 +16,8 @@
 //! - [`trajectory`]: a system on its way: stepping, events, archive, record.
 //! - `py`: the Python bindings, no mathematics.
 
+#![deny(unsafe_code)]
+
 pub mod error;
 pub mod names;
 pub mod patience;
