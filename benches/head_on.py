@@ -18,6 +18,7 @@ import collections
 import contextlib
 import sys
 import time
+import warnings
 
 import fullbody
 import numpy as np
@@ -144,6 +145,8 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=24000)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
+    # They are shot at each other.
+    warnings.simplefilter("ignore", fullbody.InconsistentInput)
     counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
     errors: collections.Counter[str] = collections.Counter()
     started = time.perf_counter()
