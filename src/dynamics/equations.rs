@@ -136,8 +136,10 @@ impl Dynamics {
         }
         (self.parts, self.in_part, self.work) = (1, self.pairs.len(), work);
         if work > UNITS {
-            self.parts = work.div_ceil(UNITS).min(self.pairs.len() as u64).max(1) as usize;
-            self.in_part = self.pairs.len().div_ceil(self.parts);
+            let wanted = work.div_ceil(UNITS).min(self.pairs.len() as u64).max(1) as usize;
+            self.in_part = self.pairs.len().div_ceil(wanted);
+            // Equal parts may be fewer than were wanted; none is left without pairs.
+            self.parts = self.pairs.len().div_ceil(self.in_part);
             self.work = work / self.parts as u64;
         }
         Ok(())
