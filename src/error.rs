@@ -64,6 +64,17 @@ pub enum Error {
         cos_theta: f64,
     },
 
+    /// A force from outside cannot be had, or its function failed.
+    #[error("force {force} at time {time}: {detail}")]
+    ForceFailed {
+        /// Name of the force.
+        force: String,
+        /// Time in the system's units.
+        time: f64,
+        /// What went wrong.
+        detail: String,
+    },
+
     /// The caller's hook asked to stop (Ctrl-C); the state stays at the last accepted step.
     #[error("interrupted at time {time}")]
     Interrupted {
@@ -83,6 +94,34 @@ impl Error {
         expected: impl Into<String>,
     ) -> Self {
         Self::InvalidInput { what: what.into(), value: value.to_string(), expected: expected.into() }
+    }
+}
+
+impl Error {
+    /// The same of something that has a name.
+    pub fn of(self, name: &str) -> Self {
+        match self {
+            Self::InvalidInput { what, value, expected } => {
+                Self::InvalidInput { what: format!("{what} of {name}"), value, expected }
+            }
+            other => other,
+        }
+    }
+}
+
+/// Why rates of change cannot be had at a trial state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// A shorter step may avoid it.
+    Shorter(&'static str),
+    /// Nothing does: the run ends.
+    Failed(Box<Error>),
+}
+
+impl Refusal {
+    /// One that ends the run.
+    pub fn failed(error: Error) -> Self {
+        Self::Failed(Box::new(error))
     }
 }
 

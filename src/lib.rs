@@ -11,6 +11,7 @@
 //! - [`quadrature`]: surface and focal rule, and how many nodes reach a tolerance.
 //! - [`mutual`]: force, torques and energy of a pair, by method.
 //! - [`orbit`]: Kepler elements to and from Cartesian.
+//! - [`environment`]: third bodies, tides, radiation, a caller's own forces.
 //! - [`dynamics`]: state, equations of motion, invariants.
 //! - [`integrate`]: integrators of ordinary differential equations; no physics.
 //! - [`trajectory`]: a system on its way: stepping, events, archive, record.
@@ -27,6 +28,7 @@ pub mod gravity;
 pub mod quadrature;
 pub mod mutual;
 pub mod orbit;
+pub mod environment;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;

@@ -2,7 +2,8 @@
 
 use super::layout::vector;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, System, invariants};
-use crate::error::{Error, Result};
+use crate::environment::{BOOK, Environment, Switch};
+use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Pair, Pose, Rule, RuleMemory};
@@ -16,10 +17,6 @@ const POLE: f64 = 1e-4;
 const PAIR: u64 = 4;
 const CHOICE: u64 = 50;
 const NEW: u64 = 300;
-
-/// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rejected(pub &'static str);
 
 /// The equations of motion of one system, with the rules and scratch that they use.
 #[derive(Debug, Clone)]
@@ -36,17 +33,22 @@ pub struct Dynamics {
     rotations: Vec<Mat3>,
     acceleration: Vec<Vec3>,
     torque: Vec<Vec3>,
+    /// Where the barycentre nominally is.
+    frame: BarycentricFrame,
+    outside: Environment,
+    /// What the forces from outside give the barycentre.
+    barycentre_acceleration: Vec3,
 }
 
 impl System {
-    /// The equations of motion.
-    pub fn dynamics(&self, patience: &mut Patience) -> Result<Dynamics> {
-        Dynamics::new(self, patience)
+    /// The equations of motion in a frame.
+    pub fn dynamics(&self, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Dynamics> {
+        Dynamics::new(self, frame, patience)
     }
 }
 
 impl Dynamics {
-    fn new(system: &System, patience: &mut Patience) -> Result<Self> {
+    fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
         let pairs = system.pairs().map(|(i, j)| {
             patience.spend(NEW, 0.0)?;
@@ -63,6 +65,9 @@ impl Dynamics {
             rotations: vec![Mat3::identity(); n],
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
+            frame: *frame,
+            outside: system.environment()?,
+            barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })
     }
@@ -77,18 +82,29 @@ impl Dynamics {
         self.layout
     }
 
+    /// The frame of the vectors.
+    pub fn frame(&self) -> &BarycentricFrame {
+        &self.frame
+    }
+
+    /// The forces from outside.
+    pub fn outside(&self) -> &Environment {
+        &self.outside
+    }
+
     /// The pairs with the rules in force.
     pub fn pairs(&self) -> impl Iterator<Item = (usize, usize, &Pair)> {
         self.pairs.iter().map(|(i, j, pair)| (*i, *j, pair))
     }
 
-    /// The rules in force of all pairs, for an archive.
-    pub fn memory(&self) -> Vec<Option<RuleMemory>> {
-        self.pairs.iter().map(|(_, _, pair)| pair.memory()).collect()
+    /// The rules in force of all pairs, and which forces are switched on, for an archive.
+    pub fn memory(&self) -> (Vec<Option<RuleMemory>>, Vec<Option<Switch>>) {
+        (self.pairs.iter().map(|(_, _, pair)| pair.memory()).collect(), self.outside.switches())
     }
 
-    /// Puts rules in force that [`Self::memory`] gave.
-    pub fn recall(&mut self, memory: &[Option<RuleMemory>]) -> Result<()> {
+    /// Puts in force what [`Self::memory`] gave.
+    pub fn recall(&mut self, memory: &[Option<RuleMemory>], switches: &[Option<Switch>]) -> Result<()> {
+        self.outside.recall(switches)?;
         if memory.len() != self.pairs.len() {
             return Err(Error::invalid("number of rules", memory.len(), self.pairs.len().to_string()));
         }
@@ -110,6 +126,15 @@ impl Dynamics {
         self.work
     }
 
+    /// Refuses a run for which the forces from outside do not hold, from a vector at a time to another time.
+    pub fn check_outside(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
+        if self.layout.forces > 0 {
+            self.frame.show(time, y, &mut self.outside.scene);
+            self.outside.check(time, until)?;
+        }
+        Ok(())
+    }
+
     /// Checks a state and chooses the rules for a step of size `step` from it.
     pub fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
         self.turn(y);
@@ -123,7 +148,11 @@ impl Dynamics {
                 }
             }
         }
-        let mut work = PAIR;
+        if self.layout.forces > 0 {
+            self.frame.show(time, y, &mut self.outside.scene);
+            self.outside.switch();
+        }
+        let mut work = PAIR + self.outside.work();
         for index in 0..self.pairs.len() {
             let (i, j, _) = self.pairs[index];
             patience.spend(CHOICE, time)?;
@@ -173,7 +202,7 @@ impl Dynamics {
 
     /// A part of the accelerations of the centres and the torques on the bodies; after the last part [`Self::loads`] gives them.
     /// Allocates nothing.
-    pub fn load(&mut self, part: usize, y: &[f64]) -> std::result::Result<(), Rejected> {
+    pub fn load(&mut self, part: usize, time: f64, y: &[f64]) -> std::result::Result<(), Refusal> {
         if part == 0 {
             self.turn(y);
             self.acceleration.fill(Vec3::zeros());
@@ -185,7 +214,7 @@ impl Dynamics {
             let (i, j) = (*i, *j);
             let pose = self.pose(y, i, j);
             if !pair.covers(pose.separation.norm()) {
-                return Err(Rejected("two bodies come too close within a step"));
+                return Err(Refusal::Shorter("two bodies come too close within a step"));
             }
             let f = pair.interaction(&pose);
             let (mi, mj) = (self.system.bodies[i].mass, self.system.bodies[j].mass);
@@ -194,7 +223,31 @@ impl Dynamics {
             self.torque[i] += g * mi * mj * f.torque_first;
             self.torque[j] += g * mi * mj * f.torque_second;
         }
+        if self.layout.forces > 0 && part + 1 == self.parts { self.load_outside(time, y) } else { Ok(()) }
+    }
+
+    /// Adds what comes from outside: to the bodies' motion about the barycentre, and to that of the barycentre.
+    fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Refusal> {
+        self.frame.show(time, y, &mut self.outside.scene);
+        self.outside.load()?;
+        let bodies = &self.system.bodies;
+        let (mut total, mut mass) = (Vec3::zeros(), 0.0);
+        for (body, of) in bodies.iter().enumerate() {
+            for loads in self.outside.loads() {
+                total += loads.force[body];
+                self.acceleration[body] += loads.force[body] / of.mass;
+                self.torque[body] += loads.torque[body];
+            }
+            mass += of.mass;
+        }
+        self.barycentre_acceleration = total / mass;
+        self.acceleration.iter_mut().for_each(|a| *a -= self.barycentre_acceleration);
         Ok(())
+    }
+
+    /// What forces from outside give the barycentre.
+    pub fn barycentre_acceleration(&self) -> Vec3 {
+        self.barycentre_acceleration
     }
 
     /// Accelerations of the centres and torques on the bodies.
@@ -206,10 +259,11 @@ impl Dynamics {
     pub fn derivative(
         &mut self,
         part: usize,
+        time: f64,
         y: &[f64],
         rate: &mut [f64],
-    ) -> std::result::Result<(), Rejected> {
-        self.load(part, y)?;
+    ) -> std::result::Result<(), Refusal> {
+        self.load(part, time, y)?;
         if part + 1 < self.parts {
             return Ok(());
         }
@@ -231,7 +285,9 @@ impl Dynamics {
                 AttitudeChart::TaitBryan => {
                     let angles = [y[a], y[a + 1], y[a + 2]];
                     if angles[1].cos() < POLE {
-                        return Err(Rejected("an attitude reaches the pole of the Tait-Bryan angles"));
+                        return Err(Refusal::Shorter(
+                            "an attitude reaches the pole of the Tait-Bryan angles",
+                        ));
                     }
                     rest[a - positions..a - positions + 3]
                         .copy_from_slice(&rotation::tait_bryan_rate(angles, spin));
@@ -240,10 +296,20 @@ impl Dynamics {
             let s = layout.spin(body) - positions;
             rest[s..s + 3].copy_from_slice(euler(self.inertia[body], spin, self.torque[body]).as_slice());
         }
+        if layout.forces > 0 {
+            let d = layout.departure();
+            rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
+            rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
+            let scene = &self.outside.scene;
+            for force in 0..layout.forces {
+                let book = &mut rate[layout.book(force)..][..BOOK];
+                self.outside.book(force, &scene.velocity, &scene.spin, book);
+            }
+        }
         if rate.iter().all(|r| r.is_finite()) {
             Ok(())
         } else {
-            Err(Rejected("a rate of change is not finite"))
+            Err(Refusal::Shorter("a rate of change is not finite"))
         }
     }
 
@@ -272,9 +338,9 @@ impl Dynamics {
         Ok(Energy::new(translational, rotational, potential))
     }
 
-    /// Total angular momentum about the origin, of a vector whose barycentre `frame` keeps.
-    pub fn angular_momentum(&self, frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
-        invariants::angular_momentum_of_vector(&self.system.bodies, frame, y)
+    /// Total angular momentum about the origin, of a vector at a time.
+    pub fn angular_momentum(&self, time: f64, y: &[f64]) -> Vec3 {
+        invariants::angular_momentum_of_vector(&self.system.bodies, &self.frame, time, y)
     }
 
     /// The natural sizes that errors of each body are measured against: (position, velocity, spin).

@@ -74,9 +74,14 @@ pub(super) fn angular_momentum(bodies: &[Body], state: &State) -> Vec3 {
     })
 }
 
-/// The same of an integrator's vector: what the bodies have about the barycentre, and what that has about the origin,
-/// which is constant. Formed from the bodies' own places it would lose digits as the system travels.
-pub(super) fn angular_momentum_of_vector(bodies: &[Body], frame: &BarycentricFrame, y: &[f64]) -> Vec3 {
+/// The same of an integrator's vector: what the bodies have about the barycentre, what the nominal barycentre has about the origin,
+/// which is constant, and what departing from it adds. Formed from the bodies' own places it would lose digits as the system travels.
+pub(super) fn angular_momentum_of_vector(
+    bodies: &[Body],
+    frame: &BarycentricFrame,
+    time: f64,
+    y: &[f64],
+) -> Vec3 {
     let layout = frame.layout;
     let about_barycentre = total(bodies, |i| {
         angular_momentum_of(
@@ -88,7 +93,14 @@ pub(super) fn angular_momentum_of_vector(bodies: &[Body], frame: &BarycentricFra
         )
     });
     let mass = sum(bodies.iter().map(|body| body.mass));
-    about_barycentre + Vec3::from(frame.barycentre).cross(&Vec3::from(frame.barycentre_velocity)) * mass
+    let nominal = Vec3::from(frame.barycentre).cross(&Vec3::from(frame.barycentre_velocity)) * mass;
+    if layout.forces == 0 {
+        return about_barycentre + nominal;
+    }
+    let (departed, departing) = frame.departure(y);
+    let velocity = Vec3::from(frame.barycentre_velocity) + departing;
+    let added = frame.nominal_at(time).cross(&departing) + departed.cross(&velocity);
+    about_barycentre + nominal + added * mass
 }
 
 fn angular_momentum_of(

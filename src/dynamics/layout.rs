@@ -6,11 +6,15 @@
 //! | velocity | 3 N | relative to the barycentre, inertial axes |
 //! | attitude | 4 N or 3 N | quaternion, or Tait-Bryan angles |
 //! | spin | 3 N | body frames |
+//! | departure | 6 or 0 | position and velocity of the barycentre from the nominal one, where there are forces from outside |
+//! | books | 7 a force | work, impulse and angular impulse |
 //!
-//! The barycentre moves uniformly and is kept apart from the vector, so that a system that travels loses no digits of its
-//! separations. Every number has a low part: a state that is converted to a vector and back is the same state.
+//! Without forces from outside the barycentre moves uniformly. This nominal motion is kept apart from the vector, so that a system
+//! that travels loses no digits of its separations. Every number has a low part: a state that is converted to a vector and back is
+//! the same state.
 
 use super::State;
+use crate::environment::{BOOK, Scene};
 use crate::math::compensated::{Compensated, sum, two_sum};
 use crate::math::{Vec3, rotation};
 use crate::names::Named;
@@ -48,12 +52,31 @@ pub struct Layout {
     pub bodies: usize,
     /// How attitudes are stored.
     pub chart: AttitudeChart,
+    /// Number of forces from outside.
+    pub forces: usize,
 }
 
 impl Layout {
     /// Length of the vector.
     pub fn dimension(self) -> usize {
+        self.departure() + if self.forces > 0 { 6 + BOOK * self.forces } else { 0 }
+    }
+
+    /// Index of the first of the six numbers of the barycentre's departure: the number of all that the bodies have.
+    #[inline]
+    pub fn departure(self) -> usize {
         (9 + self.chart.width()) * self.bodies
+    }
+
+    /// The books of all forces.
+    pub fn books(self, y: &[f64]) -> &[f64] {
+        if self.forces == 0 { &[] } else { &y[self.book(0)..] }
+    }
+
+    /// Index of the first number in the books of a force.
+    #[inline]
+    pub fn book(self, force: usize) -> usize {
+        self.departure() + 6 + BOOK * force
     }
 
     /// Index of the first position component of a body.
@@ -81,7 +104,7 @@ impl Layout {
     }
 }
 
-/// The frame in which the integrator's vectors are: inertial axes at the barycentre, which moves uniformly.
+/// The frame in which the integrator's vectors are: inertial axes at the barycentre, and where that nominally is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BarycentricFrame {
     /// Where the blocks of a vector are.
@@ -90,7 +113,7 @@ pub struct BarycentricFrame {
     pub epoch: f64,
     /// Position of the barycentre at `epoch`.
     pub barycentre: [f64; 3],
-    /// Velocity of the barycentre.
+    /// Velocity of the nominal barycentre.
     pub barycentre_velocity: [f64; 3],
 }
 
@@ -126,9 +149,20 @@ impl BarycentricFrame {
         (Self { layout, epoch: state.time, barycentre, barycentre_velocity }, high, low)
     }
 
-    /// The barycentre at a time.
-    pub fn barycentre_at(&self, time: f64) -> Vec3 {
+    /// The nominal barycentre at a time.
+    pub fn nominal_at(&self, time: f64) -> Vec3 {
         Vec3::from(self.barycentre) + Vec3::from(self.barycentre_velocity) * (time - self.epoch)
+    }
+
+    /// The barycentre's departure from the nominal one, and the rate of that.
+    pub fn departure(&self, y: &[f64]) -> (Vec3, Vec3) {
+        let at = self.layout.departure();
+        if self.layout.forces == 0 { Default::default() } else { (vector(y, at), vector(y, at + 3)) }
+    }
+
+    /// The barycentre at a time, of a vector.
+    pub fn barycentre_at(&self, time: f64, y: &[f64]) -> Vec3 {
+        self.nominal_at(time) + self.departure(y).0
     }
 
     /// The attitude of a body in a vector, as a unit quaternion.
@@ -144,23 +178,45 @@ impl BarycentricFrame {
         }
     }
 
+    /// Shows the bodies of a vector at a time to forces from outside.
+    pub fn show(&self, time: f64, y: &[f64], scene: &mut Scene) {
+        let (departed, departing) = self.departure(y);
+        for body in 0..self.layout.bodies {
+            scene.position[body] = departed + vector(y, self.layout.position(body));
+            scene.velocity[body] = departing + vector(y, self.layout.velocity(body));
+            scene.attitude[body] = self.attitude(body, y);
+            scene.rotation[body] = rotation::matrix(scene.attitude[body]);
+            scene.spin[body] = vector(y, self.layout.spin(body));
+        }
+        scene.time = time;
+        scene.origin = self.nominal_at(time);
+        scene.origin_velocity = Vec3::from(self.barycentre_velocity);
+    }
+
     /// The state that a vector `high` + `low` stands for at a time.
     pub fn state(&self, time: f64, high: &[f64], low: &[f64]) -> State {
         let layout = self.layout;
         let elapsed = time - self.epoch;
         let travelled = self.barycentre_velocity.map(|v| v * elapsed);
-        let placed = |index: usize, offset: [f64; 3], travelled: [f64; 3]| {
+        let (departed, departing) = self.departure(high);
+        let (departed_low, departing_low) = self.departure(low);
+        let placed = |index: usize, nominal: [f64; 3], travelled: [f64; 3], departed: Vec3, tail: Vec3| {
             Vec3::from([0, 1, 2].map(|c| {
-                let (partial, first) = two_sum(offset[c], travelled[c]);
-                let (total, second) = two_sum(partial, high[index + c]);
-                total + (first + second + low[index + c])
+                let (partial, first) = two_sum(nominal[c], travelled[c]);
+                let (barycentre, second) = two_sum(partial, departed[c]);
+                let (total, third) = two_sum(barycentre, high[index + c]);
+                total + (first + second + third + low[index + c] + tail[c])
             }))
         };
         let each = |f: &dyn Fn(usize) -> Vec3| (0..layout.bodies).map(f).collect::<Vec<_>>();
         State {
             time,
-            position: each(&|b| placed(layout.position(b), self.barycentre, travelled)),
-            velocity: each(&|b| placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3])),
+            position: each(&|b| {
+                placed(layout.position(b), self.barycentre, travelled, departed, departed_low)
+            }),
+            velocity: each(&|b| {
+                placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3], departing, departing_low)
+            }),
             attitude: (0..layout.bodies).map(|b| self.attitude(b, high)).collect(),
             spin: each(&|b| vector(high, layout.spin(b))),
         }

@@ -11,7 +11,8 @@
 
 use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
 use super::{AttitudeChart, Dynamics};
-use crate::error::{Error, Result};
+use crate::environment::BOOK;
+use crate::error::{Error, Refusal, Result};
 use crate::math::Vec3;
 use crate::math::compensated::two_sum;
 use crate::orbit::kepler_change;
@@ -44,9 +45,13 @@ pub struct Splitting {
     spin_rate: Vec<Vec3>,
     /// Whether the two above belong to the present vector.
     loaded: bool,
-    /// Time and size of the step, for what errors say.
+    /// Time and size of the step.
     time: f64,
     step: f64,
+    /// How much of the step the drifts have covered.
+    covered: f64,
+    /// Velocities and spins in the middle of a kick, for the books.
+    middle: [Vec<Vec3>; 2],
 }
 
 impl Splitting {
@@ -57,6 +62,13 @@ impl Splitting {
                 "attitude_chart",
                 "the Tait-Bryan angles",
                 "\"quaternion\": symplectic integrators turn bodies on the rotation group itself",
+            ));
+        }
+        if let Some(force) = dynamics.system().forces().iter().find(|force| force.depends_on_velocity()) {
+            return Err(Error::invalid(
+                "integrator",
+                format!("one of fixed steps, with the force {}, which depends on velocities", force.name()),
+                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at places alone",
             ));
         }
         let masses = dynamics.system().masses();
@@ -79,10 +91,12 @@ impl Splitting {
             position: zeros.clone(),
             velocity: zeros.clone(),
             acceleration: zeros.clone(),
-            spin_rate: zeros,
+            spin_rate: zeros.clone(),
             loaded: false,
             time: 0.0,
             step: 0.0,
+            covered: 0.0,
+            middle: [zeros.clone(), zeros],
         })
     }
 
@@ -107,9 +121,10 @@ impl Splitting {
         self.loaded = loads.len() == self.masses.len();
     }
 
-    /// Takes note of the step that comes.
-    pub fn begin(&mut self, time: f64, step: f64) {
-        (self.time, self.step) = (time, step);
+    /// Takes note of the step that comes. Forces from outside are computed anew, with what they put into the books.
+    pub fn begin(&mut self, dynamics: &Dynamics, time: f64, step: f64) {
+        (self.time, self.step, self.covered) = (time, step, 0.0);
+        self.loaded &= dynamics.layout().forces == 0;
     }
 
     /// The large part.
@@ -122,8 +137,13 @@ impl Splitting {
         patience: &mut Patience,
     ) -> Result<()> {
         self.loaded = false;
+        self.covered += size;
         let layout = dynamics.layout();
         let n = layout.bodies;
+        if layout.forces > 0 {
+            let d = layout.departure();
+            (0..3).for_each(|c| add(high, low, d + c, size * high[d + 3 + c]));
+        }
         match self.parts {
             Parts::Free => {
                 for body in 0..n {
@@ -190,6 +210,9 @@ impl Splitting {
         if !self.loaded {
             self.load(dynamics, high, low, patience)?;
         }
+        if layout.forces > 0 {
+            self.enter(dynamics, size, high, low);
+        }
         for body in 0..layout.bodies {
             for c in 0..3 {
                 add(high, low, layout.velocity(body) + c, size * self.acceleration[body][c]);
@@ -197,6 +220,26 @@ impl Splitting {
             }
         }
         Ok(evaluations)
+    }
+
+    /// The barycentre's kick, and what a kick of the present loads puts into the books: the power with the velocities of its middle
+    /// is just what the kick adds to the energy.
+    fn enter(&mut self, dynamics: &Dynamics, size: f64, high: &mut [f64], low: &mut [f64]) {
+        let layout = dynamics.layout();
+        let kick = dynamics.barycentre_acceleration();
+        let (departing, scene) = (layout.departure() + 3, &dynamics.outside().scene);
+        let [velocity, spin] = &mut self.middle;
+        for body in 0..layout.bodies {
+            velocity[body] = scene.velocity[body] + 0.5 * size * (self.acceleration[body] + kick);
+            spin[body] = scene.spin[body] + 0.5 * size * self.spin_rate[body];
+        }
+        for force in 0..layout.forces {
+            let mut book = [0.0; BOOK];
+            dynamics.outside().book(force, velocity, spin, &mut book);
+            let at = layout.book(force);
+            (0..BOOK).for_each(|k| add(high, low, at + k, size * book[k]));
+        }
+        (0..3).for_each(|c| add(high, low, departing + c, size * kick[c]));
     }
 
     fn load(
@@ -209,9 +252,10 @@ impl Splitting {
         let layout = dynamics.layout();
         for part in 0..dynamics.parts() {
             patience.spend(dynamics.work(), self.time)?;
-            dynamics
-                .load(part, high)
-                .map_err(|rejected| self.failed(&format!("{}; use a shorter step", rejected.0)))?;
+            dynamics.load(part, self.time + self.covered, high).map_err(|refusal| match refusal {
+                Refusal::Shorter(reason) => self.failed(&format!("{reason}; use a shorter step")),
+                Refusal::Failed(error) => *error,
+            })?;
         }
         let (acceleration, torque) = dynamics.loads();
         self.acceleration.copy_from_slice(acceleration);

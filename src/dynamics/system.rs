@@ -1,7 +1,8 @@
 //! A system: bodies, gravitational constant, method.
 
-use super::{AttitudeChart, Energy, Layout, State, invariants};
-use crate::error::{Error, Result, require_finite};
+use super::{AttitudeChart, BarycentricFrame, Energy, Layout, State, invariants};
+use crate::environment::{Environment, Force, Loads};
+use crate::error::{Error, Refusal, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{BodyGravity, Method, Pair, Pose};
@@ -56,6 +57,7 @@ pub struct System {
     pub(super) bodies: Vec<Body>,
     pub(super) gravitational_constant: f64,
     pub(super) settings: Settings,
+    forces: Vec<Force>,
     arch: Arch,
 }
 
@@ -114,7 +116,13 @@ impl System {
         })?;
         // Focal and surface rules settle at round-off; below that there is nothing to gain.
         let settings = Settings { gravity_tolerance: tolerance.max(1e-16), ..settings };
-        Ok(Self { bodies, gravitational_constant, settings, arch })
+        Ok(Self { bodies, gravitational_constant, settings, forces: Vec::new(), arch })
+    }
+
+    /// The same with forces from outside, of distinct names.
+    pub fn with_forces(self, forces: Vec<Force>) -> Result<Self> {
+        Environment::new(&forces, &self.bodies, self.gravitational_constant)?;
+        Ok(Self { forces, ..self })
     }
 
     /// The bodies.
@@ -132,6 +140,16 @@ impl System {
         &self.settings
     }
 
+    /// The forces from outside.
+    pub fn forces(&self) -> &[Force] {
+        &self.forces
+    }
+
+    /// The forces from outside, ready for computing.
+    pub fn environment(&self) -> Result<Environment> {
+        Environment::new(&self.forces, &self.bodies, self.gravitational_constant)
+    }
+
     /// The instructions of the hot loops.
     pub fn arch(&self) -> Arch {
         self.arch
@@ -139,7 +157,7 @@ impl System {
 
     /// Where the numbers of this system's states lie in the integrator's vector.
     pub fn layout(&self) -> Layout {
-        Layout { bodies: self.bodies.len(), chart: self.settings.attitude_chart }
+        Layout { bodies: self.bodies.len(), chart: self.settings.attitude_chart, forces: self.forces.len() }
     }
 
     /// Masses of the bodies.
@@ -227,6 +245,23 @@ impl System {
         }
         in_range("potential energy", &[result.potential_energy])?;
         Ok(result)
+    }
+
+    /// What each force from outside does, by its place in the list. The state's own barycentre is the nominal one.
+    pub fn outside(&self, state: &State, patience: &mut Patience) -> Result<Vec<Loads>> {
+        self.check(state, patience)?;
+        let mut environment = self.environment()?;
+        let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
+        frame.show(state.time, &y, &mut environment.scene);
+        environment.check(state.time, state.time)?;
+        environment.switch();
+        environment.load().map_err(|refusal| match refusal {
+            Refusal::Failed(error) => *error,
+            Refusal::Shorter(reason) => {
+                Error::invalid("the state", reason, "one where the forces can be had")
+            }
+        })?;
+        Ok(environment.loads().to_vec())
     }
 
     /// Energy in its parts.

@@ -16,10 +16,12 @@
 mod exterior;
 mod far;
 mod near;
+mod pull;
 
 pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
 pub use near::{Near, kappa};
+pub use pull::ExtendedPull;
 
 use crate::math::lanes::{Lanes, dot};
 use pulp::Simd;

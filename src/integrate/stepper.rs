@@ -3,7 +3,7 @@
 use super::control::{Controller, Tolerance};
 use super::segment::Segment;
 use super::tableau::Tableau;
-use crate::error::{Error, Result};
+use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{Compensated, two_sum};
 use crate::math::lanes::{LargestChanges, Term, WeightedRows, stride};
 use crate::patience::Patience;
@@ -32,14 +32,14 @@ pub trait Equations {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
 
     /// A part of the evaluation of the rates of change at a trial vector; the last part leaves them in `rate`. `Err` says why
-    /// they cannot be had there, and the step is tried shorter.
+    /// they cannot be had there, and whether to try the step shorter.
     fn derivative(
         &mut self,
         part: usize,
         time: f64,
         y: &[f64],
         rate: &mut [f64],
-    ) -> std::result::Result<(), &'static str>;
+    ) -> std::result::Result<(), Refusal>;
 
     /// Size of a difference `v` at `y` in units of the tolerance.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
@@ -267,7 +267,7 @@ impl Stepper {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(error, self.tableau.error_order);
                 }
-                Err(Unmade::Interrupted(error)) => return Err(error),
+                Err(Unmade::Ended(error)) => return Err(error),
                 Err(Unmade::Refused(reason)) => {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(f64::INFINITY, self.tableau.error_order);
@@ -415,7 +415,7 @@ impl Stepper {
             self.statistics.evaluations += 1;
             let (at, trial) = (time + self.tableau.c[stage] * size, &self.trial[..dimension]);
             if quick {
-                equations.derivative(0, at, trial, rates).map_err(Unmade::Refused)?;
+                equations.derivative(0, at, trial, rates)?;
             } else {
                 evaluate(equations, at, trial, rates, patience)?;
             }
@@ -495,7 +495,7 @@ impl Stepper {
         let second = &mut rest[..dimension];
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
         let curvature = match evaluate(equations, at, trial, second, patience) {
-            Err(Unmade::Interrupted(error)) => return Err(error),
+            Err(Unmade::Ended(error)) => return Err(error),
             Err(Unmade::Refused(_)) => f64::INFINITY,
             Ok(()) => {
                 second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
@@ -515,8 +515,17 @@ impl Stepper {
 enum Unmade {
     /// The equations refuse; a shorter step may do.
     Refused(&'static str),
-    /// The caller does not want to go on.
-    Interrupted(Error),
+    /// The caller does not want to go on, or the equations cannot.
+    Ended(Error),
+}
+
+impl From<Refusal> for Unmade {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Shorter(reason) => Self::Refused(reason),
+            Refusal::Failed(error) => Self::Ended(*error),
+        }
+    }
 }
 
 impl Unmade {
@@ -524,7 +533,7 @@ impl Unmade {
     fn error(self, of: impl FnOnce(&str) -> Error) -> Error {
         match self {
             Self::Refused(reason) => of(reason),
-            Self::Interrupted(error) => error,
+            Self::Ended(error) => error,
         }
     }
 }
@@ -538,8 +547,8 @@ fn evaluate(
     patience: &mut Patience,
 ) -> std::result::Result<(), Unmade> {
     for part in 0..equations.parts() {
-        patience.spend(equations.work(), time).map_err(Unmade::Interrupted)?;
-        equations.derivative(part, time, y, rate).map_err(Unmade::Refused)?;
+        patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
+        equations.derivative(part, time, y, rate)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, lanes (SIMD).
+//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, lanes (SIMD).
 //!
 //! Takes and gives plain numbers and `nalgebra` vectors.
 
@@ -6,6 +6,7 @@ pub mod carlson;
 pub mod compensated;
 pub mod lanes;
 pub mod rotation;
+pub mod spline;
 
 /// A vector of three doubles.
 pub type Vec3 = nalgebra::Vector3<f64>;

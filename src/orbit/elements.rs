@@ -3,8 +3,10 @@
 //! Takes elements in radians and the caller's length; gives position and velocity in the frame of the angles.
 
 use super::anomaly::{EccentricPlace, wrapped};
+use super::path::OrbitPath;
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::Vec3;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// A Kepler orbit and the place on it: ellipse (a > 0, 0 <= e < 1) or hyperbola (a < 0, e > 1).
@@ -20,19 +22,26 @@ use std::f64::consts::{PI, TAU};
 /// A state that is converted to elements and back returns to a few 1e-15, except where elements as doubles do not
 /// determine it so well: near a parabola the error grows by 1/|1 - e|, and just before an ellipse's periapsis, where the
 /// mean anomaly is nearly 2 pi, by up to 1/(1 - e)^(3/2).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct KeplerElements {
     /// a: length, above zero for an ellipse, below zero for a hyperbola.
+    #[serde(rename = "a")]
     pub semi_major_axis: f64,
     /// e: not 1.
+    #[serde(rename = "e")]
     pub eccentricity: f64,
     /// i: angle between the orbital angular momentum and z, in [0, pi].
+    #[serde(rename = "i")]
     pub inclination: f64,
     /// Omega: angle in the plane of reference from x to where the orbit crosses it towards +z.
+    #[serde(rename = "Omega")]
     pub longitude_of_node: f64,
     /// omega: angle in the orbit from the node to periapsis.
+    #[serde(rename = "omega")]
     pub argument_of_periapsis: f64,
     /// M: time since periapsis times the mean motion.
+    #[serde(rename = "M")]
     pub mean_anomaly: f64,
 }
 
@@ -60,25 +69,7 @@ impl KeplerElements {
 
     /// Position and velocity for mu = G (m_1 + m_2).
     pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
-        require_positive("mu", mu)?;
-        let place = self.place()?;
-        let (size, e, gap) = (self.semi_major_axis.abs(), self.eccentricity, self.gap());
-        let width = self.width();
-        // In units of |a|; every sum but that of `x` has one sign, and `x` is never larger than `radius`.
-        let radius = gap + e * place.versine;
-        let (x, y) = (gap - place.versine, width * place.sine);
-        let speed = (mu / size).sqrt() / radius;
-
-        let axes = OrbitAxes::new(self.longitude_of_node, self.inclination);
-        let (sin, cos) = self.argument_of_periapsis.sin_cos();
-        let to_periapsis = axes.node * cos + axes.ahead * sin;
-        let across = axes.ahead * cos - axes.node * sin;
-
-        let position = (to_periapsis * x + across * y) * size;
-        let velocity = (across * (width * place.cosine) - to_periapsis * place.sine) * speed;
-        require_finite("position on the orbit", position.as_slice())?;
-        require_finite("velocity on the orbit", velocity.as_slice())?;
-        Ok((position, velocity))
+        OrbitPath::new(self, mu)?.after(0.0)
     }
 
     /// Mean motion, sqrt(mu / |a|^3): radians per unit time.
@@ -121,7 +112,7 @@ impl KeplerElements {
 
     /// Refuses numbers that are no orbit. The fields are public and may hold anything, so that every method that
     /// computes with them checks them first.
-    fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         let (a, e, i) = (self.semi_major_axis, self.eccentricity, self.inclination);
         let named = [
             ("semi-major axis", a),
@@ -162,12 +153,12 @@ impl KeplerElements {
     }
 
     /// |1 - e|, exact near e = 1.
-    fn gap(&self) -> f64 {
+    pub(super) fn gap(&self) -> f64 {
         (1.0 - self.eccentricity).abs()
     }
 
     /// sqrt|1 - e^2|: the semi-minor axis over the semi-major one.
-    fn width(&self) -> f64 {
+    pub(super) fn width(&self) -> f64 {
         self.gap().sqrt() * (1.0 + self.eccentricity).sqrt()
     }
 

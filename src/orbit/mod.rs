@@ -7,7 +7,9 @@
 mod anomaly;
 mod elements;
 mod osculating;
+mod path;
 mod propagate;
 
 pub use elements::KeplerElements;
+pub use path::OrbitPath;
 pub use propagate::kepler_change;

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 
 pyo3::import_exception!(fullbody.errors, BodiesOverlap);
 pyo3::import_exception!(fullbody.errors, ChartSingularity);
+pyo3::import_exception!(fullbody.errors, ForceFailed);
 pyo3::import_exception!(fullbody.errors, InvalidInput);
 pyo3::import_exception!(fullbody.errors, NotConverged);
 pyo3::import_exception!(fullbody.errors, StepSizeTooSmall);
@@ -21,6 +22,7 @@ impl From<Error> for PyErr {
             Error::StepSizeTooSmall { time, step, .. } => StepSizeTooSmall::new_err((text, time, step)),
             Error::NotConverged { .. } => NotConverged::new_err(text),
             Error::ChartSingularity { body, time, .. } => ChartSingularity::new_err((text, body, time)),
+            Error::ForceFailed { force, time, .. } => ForceFailed::new_err((text, force, time)),
             Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
         }
     }

@@ -19,6 +19,7 @@ pub enum PyCondition {
     PlaneCrossing { body: usize, reference: Option<usize>, normal: [f64; 3] },
     Escape { first: usize, second: usize, distance: f64 },
     Alignment { body: usize, other: usize },
+    ClosestApproach { force: usize },
     Function { f: Py<PyAny> },
 }
 
@@ -35,6 +36,7 @@ impl PyCondition {
             }
             Self::Escape { first, second, distance } => Condition::Escape { first, second, distance },
             Self::Alignment { body, other } => Condition::Alignment { body, other },
+            Self::ClosestApproach { force } => Condition::ClosestApproach { force },
             Self::Function { ref f } => {
                 let (f, listener) = (f.clone_ref(py), listener.clone());
                 Condition::Function(Box::new(move |state: &State| {

@@ -6,6 +6,7 @@ mod bodies;
 mod descriptions;
 mod errors;
 mod events;
+mod forces;
 mod listening;
 mod orbits;
 mod rotations;

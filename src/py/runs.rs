@@ -3,9 +3,11 @@
 use super::arrays::array;
 use super::descriptions::{from_python, to_python};
 use super::events::PyCondition;
+use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
+use crate::environment::BOOK;
 use crate::error::Error;
 use crate::integrate::Tolerance;
 use crate::math::Vec3;
@@ -13,6 +15,7 @@ use crate::trajectory::{Dense, Event, Output, Progress, Run, Simulation, StopRea
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -43,10 +46,11 @@ impl PySimulation {
         Ok(Self { inner })
     }
 
-    /// The simulation that `to_bytes` wrote.
+    /// The simulation that `to_bytes` wrote, with the functions of its forces by their names.
     #[staticmethod]
-    fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        Ok(Self { inner: Simulation::from_bytes(bytes)? })
+    fn from_bytes(bytes: &[u8], functions: BTreeMap<String, Function>) -> Result<Self, Error> {
+        let inner = Simulation::from_bytes_with(bytes, |name| functions.get(name).and_then(call))?;
+        Ok(Self { inner })
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
@@ -141,7 +145,7 @@ impl PySimulation {
             terminal: *terminal,
         };
         let mut watched: Vec<_> = events.iter().map(watch).collect();
-        let mut record = Trajectory::new(self.inner.state().bodies());
+        let mut record = Trajectory::new(self.inner.system().bodies().len());
         let mut saved = Instant::now();
         let outcome = py.detach(|| {
             let mut hook = |simulation: Option<&Simulation>, p: Progress| {
@@ -225,7 +229,7 @@ pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64), Error> {
 }
 
 fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
-    let (k, n) = (record.len(), record.bodies);
+    let (k, n, f) = (record.len(), record.bodies, record.switched_off.len());
     let dict = PyDict::new(py);
     let shaped: [(&str, Vec<f64>, &[usize]); 7] = [
         ("time", record.time, &[k]),
@@ -240,6 +244,15 @@ fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
         let values: Array<'_> = array(py, values, shape)?;
         dict.set_item(name, values)?;
     }
+    if f > 0 {
+        let columns = |from: usize, to: usize| -> Vec<f64> {
+            record.books.chunks_exact(BOOK).flat_map(|book| book[from..to].to_vec()).collect()
+        };
+        dict.set_item("work", array(py, columns(0, 1), &[k, f])?)?;
+        dict.set_item("impulse", array(py, columns(1, 4), &[k, f, 3])?)?;
+        dict.set_item("angular_impulse", array(py, columns(4, 7), &[k, f, 3])?)?;
+    }
+    dict.set_item("switched_off", record.switched_off)?;
     dict.set_item("start", record.start.map(|start| start.numbers()))?;
     let events: Vec<(usize, f64, PyState)> =
         record.events.into_iter().map(|e| (e.event, e.time, PyState { inner: e.state })).collect();

@@ -3,17 +3,20 @@
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::descriptions::{from_python, to_python};
+use super::forces::{Function, forces};
 use super::listening::listening;
 use super::rotations::matrices;
 use crate::dynamics::{State, System};
+use crate::environment::Loads;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
 use crate::names::Named;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -111,9 +114,43 @@ impl PySystem {
         bodies: Vec<PyRef<'_, PyBody>>,
         gravitational_constant: f64,
         settings: &Bound<'_, PyDict>,
+        described: Vec<Bound<'_, PyDict>>,
+        functions: BTreeMap<String, Function>,
     ) -> PyResult<Self> {
         let bodies = bodies.iter().map(|body| body.inner.clone()).collect();
-        Ok(Self { inner: System::new(bodies, gravitational_constant, from_python(settings)?)? })
+        let inner = System::new(bodies, gravitational_constant, from_python(settings)?)?;
+        Ok(Self { inner: inner.with_forces(forces(&described, &functions)?)? })
+    }
+
+    /// The descriptions of the forces from outside.
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.inner.forces())
+    }
+
+    /// Forces (F, N, 3) and torques (F, N, 3) of each force from outside.
+    fn outside<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>)> {
+        let loads = listening(py, |patience| self.inner.outside(&state.inner, patience))?;
+        let shape = [loads.len(), self.inner.bodies().len(), 3];
+        let all = |of: fn(&Loads) -> &Vec<Vec3>| {
+            loads.iter().flat_map(|l| of(l).iter().flatten().copied()).collect()
+        };
+        Ok((array(py, all(|l| &l.force), &shape)?, array(py, all(|l| &l.torque), &shape)?))
+    }
+
+    /// Positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
+    fn third_body<'py>(
+        &self,
+        py: Python<'py>,
+        force: usize,
+        times: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let environment = self.inner.environment()?;
+        let times = times.as_array();
+        let places = times.iter().map(|&time| environment.third_body(force, time));
+        let (position, velocity): (Vec<_>, Vec<_>) =
+            places.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))
     }
 
     /// The description of the settings.

@@ -16,13 +16,14 @@ use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
 use crate::dynamics::{BarycentricFrame, Invariants, Settings, System};
+use crate::environment::{Call, Force};
 use crate::error::{Error, Result};
 use crate::patience::Patience;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
 /// The layout that is written, and the only one that is read.
-pub const ARCHIVE_VERSION: u32 = 2;
+pub const ARCHIVE_VERSION: u32 = 3;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
@@ -41,11 +42,13 @@ pub struct Setup {
     pub gravitational_constant: f64,
     /// How gravity is computed and attitudes are kept.
     pub settings: Settings,
+    /// The forces from outside.
+    pub forces: Vec<Force>,
     /// The integrator.
     pub integrator: Integrator,
 }
 
-/// Layout 2. These fields and those of their types stay as they are: a change makes a new layout.
+/// Layout 3. These fields and those of their types stay as they are: a change makes a new layout.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,
@@ -78,6 +81,7 @@ impl Simulation {
             bodies: system.bodies().to_vec(),
             gravitational_constant: system.gravitational_constant(),
             settings: *system.settings(),
+            forces: system.forces().to_vec(),
             integrator: self.integrator,
         }
     }
@@ -92,9 +96,9 @@ impl Simulation {
             setup: serde_json::to_string(&self.setup()).map_err(|error| unwritable(&error))?,
             notes: self.notes.clone(),
             start: Start {
-                epoch: self.frame.epoch,
-                barycentre: self.frame.barycentre,
-                barycentre_velocity: self.frame.barycentre_velocity,
+                epoch: self.frame().epoch,
+                barycentre: self.frame().barycentre,
+                barycentre_velocity: self.frame().barycentre_velocity,
                 scales: self.motion.initial.clone(),
                 conserved: self.start.numbers(),
             },
@@ -112,13 +116,18 @@ impl Simulation {
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        Self::from_bytes_with(bytes, |_| None)
+    }
+
+    /// The same of a simulation with forces that are functions, which no archive can hold: `functions` gives those of a name.
+    pub fn from_bytes_with(bytes: &[u8], functions: impl Fn(&str) -> Option<Call>) -> Result<Self> {
         let expected = format!("the contents of layout {ARCHIVE_VERSION}");
         let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
             .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
         if !rest.is_empty() {
             return Err(refuse(format!("of {} bytes more than its contents", rest.len()), &expected));
         }
-        contents.restore()
+        contents.restore(functions)
     }
 }
 
@@ -174,13 +183,19 @@ fn refuse(value: String, expected: &str) -> Error {
 }
 
 impl Contents {
-    fn restore(self) -> Result<Simulation> {
-        let setup: Setup = serde_json::from_str(&self.setup).map_err(|error| {
+    fn restore(self, functions: impl Fn(&str) -> Option<Call>) -> Result<Simulation> {
+        let mut setup: Setup = serde_json::from_str(&self.setup).map_err(|error| {
             refuse(format!("of a set-up that is damaged ({error})"), "one that can be read")
         })?;
         let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
+        for force in &mut setup.forces {
+            if let Force::Function(function) = force {
+                function.call = functions(&function.name);
+            }
+        }
         let system =
-            System::new(bodies.collect::<Result<_>>()?, setup.gravitational_constant, setup.settings)?;
+            System::new(bodies.collect::<Result<_>>()?, setup.gravitational_constant, setup.settings)?
+                .with_forces(setup.forces)?;
         let frame = BarycentricFrame {
             layout: system.layout(),
             epoch: self.start.epoch,
@@ -193,12 +208,11 @@ impl Contents {
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
         let (time, high, low) = self.now.place();
-        let mut motion = Motion::new(system.dynamics(&mut Patience::endless())?, high);
+        let mut motion = Motion::new(system.dynamics(&frame, &mut Patience::endless())?, high);
         motion.initial = self.start.scales;
         let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
             motion,
-            frame,
             integrator: setup.integrator,
             mover,
             given: false,

@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::dynamics::Layout;
+use crate::environment::Switch;
 use crate::error::{Error, Result};
 use crate::integrate::Memory;
 use crate::mutual::RuleMemory;
@@ -16,6 +17,8 @@ pub(super) struct Checkpoint {
     loads: Option<Vec<[f64; 6]>>,
     /// The quadrature rules in force.
     rules: Vec<Option<RuleMemory>>,
+    /// Which forces from outside are switched on.
+    switches: Vec<Option<Switch>>,
     /// Whether the present state was given and not reached by a step.
     given: bool,
 }
@@ -43,14 +46,15 @@ impl Checkpoint {
 impl Simulation {
     pub(super) fn checkpoint(&self) -> Checkpoint {
         let (memory, loads) = self.mover.memory();
-        Checkpoint { memory, loads, rules: self.motion.equations.memory(), given: self.given }
+        let (rules, switches) = self.motion.equations.memory();
+        Checkpoint { memory, loads, rules, switches, given: self.given }
     }
 
     /// Goes on from a checkpoint of this system and integrator.
     pub(super) fn go_back(&mut self, checkpoint: &Checkpoint) -> Result<()> {
-        let Checkpoint { memory, loads, rules, given } = checkpoint;
-        checkpoint.check(self.frame.layout)?;
-        self.motion.equations.recall(rules)?;
+        let Checkpoint { memory, loads, rules, switches, given } = checkpoint;
+        checkpoint.check(self.frame().layout)?;
+        self.motion.equations.recall(rules, switches)?;
         self.mover.recall(memory, loads.as_deref());
         self.given = *given;
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::approach::Approach;
 use crate::dynamics::{Dynamics, Splitting};
-use crate::error::Result;
+use crate::error::{Refusal, Result};
 use crate::integrate::{Equations, Flows, Tolerance};
 use crate::patience::Patience;
 use pulp::Arch;
@@ -46,15 +46,15 @@ impl Equations for Motion {
     fn derivative(
         &mut self,
         part: usize,
-        _time: f64,
+        time: f64,
         y: &[f64],
         rate: &mut [f64],
-    ) -> std::result::Result<(), &'static str> {
-        self.equations.derivative(part, y, rate).map_err(|rejected| rejected.0)
+    ) -> std::result::Result<(), Refusal> {
+        self.equations.derivative(part, time, y, rate)
     }
 
     /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths
-    /// of vectors they are the same in every frame.
+    /// of vectors they are the same in every frame. The books of forces follow from the motion and are not measured.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64 {
         let layout = self.equations.layout();
         self.equations.scales(y, &mut self.present);
@@ -73,12 +73,25 @@ impl Equations for Motion {
             worst(length(layout.attitude(body), layout.chart.width()), 1.0, 1.0);
             worst(length(layout.spin(body), 3), n, n0);
         }
+        if layout.forces > 0 {
+            // The barycentre's departure, measured as the bodies are and against its own size.
+            let (present, initial) = (widest(&self.present), widest(&self.initial));
+            let at = layout.departure();
+            let own = |start: usize| y[start..start + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
+            worst(length(at, 3), present[0].max(own(at)), initial[0]);
+            worst(length(at + 3, 3), present[1].max(own(at + 3)), initial[1]);
+        }
         largest
     }
 
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]) {
         self.equations.restore(high, low);
     }
+}
+
+/// The largest scales of position and velocity of any body.
+fn widest(scales: &[[f64; 3]]) -> [f64; 2] {
+    scales.iter().fold([0.0; 2], |w, s| [w[0].max(s[0]), w[1].max(s[1])])
 }
 
 /// The equations as two flows, for a composition.
@@ -89,7 +102,7 @@ pub(super) struct SplitMotion<'a> {
 
 impl Flows for SplitMotion<'_> {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
-        self.splitting.begin(time, step);
+        self.splitting.begin(self.equations, time, step);
         self.equations.prepare(time, y, step, patience)
     }
 

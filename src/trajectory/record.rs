@@ -38,6 +38,12 @@ pub struct Trajectory {
     pub energy: Vec<f64>,
     /// Total angular momenta (K, 3).
     pub angular_momentum: Vec<f64>,
+    /// Books of the forces from outside at the start of the first run into this record.
+    pub start_books: Option<Vec<f64>>,
+    /// The same (K, F, 7) since then: work, impulse, angular impulse of each force.
+    pub books: Vec<f64>,
+    /// How often each force was switched off in the runs into this record, for those that can be.
+    pub switched_off: Vec<Option<u64>>,
     /// Events in order of the run.
     pub events: Vec<Occurrence>,
     /// The continuous solution, where it was asked for.
@@ -62,8 +68,10 @@ impl Trajectory {
         self.time.is_empty()
     }
 
-    /// Adds a sample.
-    pub fn push(&mut self, state: &State, conserved: &Invariants) {
+    /// Adds a sample, with the books of the forces since the simulation's start.
+    pub fn push(&mut self, state: &State, conserved: &Invariants, books: &[f64]) {
+        let start = self.start_books.get_or_insert_with(|| books.to_vec());
+        self.books.extend(books.iter().zip(start).map(|(now, then)| now - *then));
         self.time.push(state.time);
         for body in 0..self.bodies {
             self.position.extend_from_slice(state.position[body].as_slice());

@@ -42,7 +42,6 @@ pub struct Run<'a, 'f> {
 #[derive(Debug, Clone)]
 pub struct Simulation {
     pub(super) motion: Motion,
-    pub(super) frame: BarycentricFrame,
     pub(super) integrator: Integrator,
     pub(super) mover: Mover,
     /// Whether the present state was given, by the caller or as that of a terminal event, and not reached by a step.
@@ -69,15 +68,16 @@ impl Simulation {
     ) -> Result<Self> {
         system.check(state, patience)?;
         let (frame, high, low) = BarycentricFrame::new(system.layout(), &system.masses(), state);
-        let mut motion = Motion::new(system.dynamics(patience)?, &high);
+        let mut motion = Motion::new(system.dynamics(&frame, patience)?, &high);
+        motion.equations.check_outside(state.time, state.time, &high)?;
         motion.prepare(state.time, &high, 0.0, patience)?;
         // What overflows is refused here: no step could be measured against it.
         let energy = motion.equations.energy(state.time, &high, &state.velocity, patience)?;
         system.check_range(&energy)?;
-        let angular_momentum = motion.equations.angular_momentum(&frame, &high);
+        let angular_momentum = motion.equations.angular_momentum(state.time, &high);
         let start = Invariants { time: state.time, energy, angular_momentum };
         let mover = Mover::new(integrator, &motion, state.time, high, low)?;
-        Ok(Self { motion, frame, integrator, mover, given: true, start, notes: String::new() })
+        Ok(Self { motion, integrator, mover, given: true, start, notes: String::new() })
     }
 
     /// The system.
@@ -98,7 +98,7 @@ impl Simulation {
     /// Present state.
     pub fn state(&self) -> State {
         let (high, low) = self.mover.vector();
-        self.frame.state(self.time(), high, low)
+        self.frame().state(self.time(), high, low)
     }
 
     /// Starts anew from another state; counts start anew too.
@@ -106,6 +106,11 @@ impl Simulation {
         let fresh = Self::begin(self.system(), state, self.integrator, patience)?;
         *self = Self { notes: std::mem::take(&mut self.notes), ..fresh };
         Ok(())
+    }
+
+    /// The frame of the vectors.
+    pub(super) fn frame(&self) -> &BarycentricFrame {
+        self.motion.equations.frame()
     }
 
     /// What is conserved, at the state that the simulation began with or was last set to.
@@ -191,11 +196,19 @@ impl Simulation {
         hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
         let start = self.time();
+        let before = self.motion.equations.outside().switches();
         let outcome = self.follow(until, run, record, hook).and_then(|reason| {
             let time = self.time();
             let last = hook(Some(self), Progress { start, time, end: until });
             if last.is_break() { Err(Error::Interrupted { time }) } else { Ok(reason) }
         });
+        let after = self.motion.equations.outside().switches();
+        record.switched_off.resize(after.len(), None);
+        for (count, switch) in record.switched_off.iter_mut().zip(before.iter().zip(&after)) {
+            if let (Some(before), Some(after)) = switch {
+                *count = Some(count.unwrap_or(0) + after.times - before.times);
+            }
+        }
         record.stop_reason = match &outcome {
             Ok(reason) => *reason,
             Err(Error::Interrupted { .. }) => StopReason::Interrupted,
@@ -213,13 +226,15 @@ impl Simulation {
     ) -> Result<StopReason> {
         require_finite("until", &[until])?;
         self.mover.check_reach(until)?;
+        let from = self.time();
+        self.motion.equations.check_outside(from, until, self.mover.vector().0)?;
         let Run { output, events, dense } = run;
         let start = self.time();
         let mut times = Times::new(start, until, output)?;
-        let mut watch = Watch::new(self.system(), &self.frame, events, self.given)?;
-        let mut sample = vec![0.0; self.frame.layout.dimension()];
+        let mut watch = Watch::new(&self.motion.equations, events, self.given)?;
+        let mut sample = vec![0.0; self.frame().layout.dimension()];
         if dense {
-            record.dense = Some(Dense::new(&self.frame, self.state()));
+            record.dense = Some(Dense::new(self.frame(), self.state()));
         }
         if hook(Some(self), Progress { start, time: start, end: until }).is_break() {
             return Err(Error::Interrupted { time: start });
@@ -230,6 +245,8 @@ impl Simulation {
             let patience = &mut Patience::since(called, &mut inside);
             let conserved = self.invariants(patience)?;
             record.start.get_or_insert(conserved);
+            let books = || self.frame().layout.books(self.mover.vector().0).to_vec();
+            record.start_books.get_or_insert_with(books);
             if times.due(start) {
                 self.record_present(record, patience)?;
             }
@@ -261,7 +278,7 @@ impl Simulation {
             let reached = stop.map_or(met, |(_, time)| time);
             while let Some(time) = times.before(reached) {
                 let piece = piece_at(self.mover.pieces(), time, until >= start);
-                let state = state_within(&self.frame, piece, time, &mut sample);
+                let state = state_within(self.frame(), piece, time, &mut sample);
                 self.record_state(record, &sample, &state, patience)?;
             }
             if let Some((event, time)) = stop {
@@ -306,16 +323,15 @@ impl Simulation {
         let pieces = self.mover.pieces();
         let mut stop = None;
         if !events.is_empty() {
-            let (system, end) = (self.motion.equations.system(), (now, vector.as_slice()));
-            let found = &mut record.events;
-            stop = watch.scan(system, &self.frame, pieces, end, contact, events, found, patience)?;
+            let (end, found) = ((now, vector.as_slice()), &mut record.events);
+            stop = watch.scan(&self.motion.equations, pieces, end, contact, events, found, patience)?;
         }
         if let (Some(solution), Some(present)) = (&mut record.dense, present) {
             let last = match (record.events.last().filter(|_| stop.is_some()), contact) {
                 (Some(last), _) => last.state.clone(),
                 (None, Some(met)) => {
                     let mut y = vec![0.0; vector.len()];
-                    state_within(&self.frame, &pieces[met.piece], met.time, &mut y)
+                    state_within(self.frame(), &pieces[met.piece], met.time, &mut y)
                 }
                 (None, None) => present,
             };
@@ -338,13 +354,13 @@ impl Simulation {
         patience: &mut Patience,
     ) -> Result<()> {
         let conserved = self.invariants_of(y, state, patience)?;
-        record.push(state, &conserved);
+        record.push(state, &conserved, self.frame().layout.books(y));
         Ok(())
     }
 
     fn invariants_of(&mut self, y: &[f64], state: &State, patience: &mut Patience) -> Result<Invariants> {
         let energy = self.motion.equations.energy(state.time, y, &state.velocity, patience)?;
-        let angular_momentum = self.motion.equations.angular_momentum(&self.frame, y);
+        let angular_momentum = self.motion.equations.angular_momentum(state.time, y);
         Ok(Invariants { time: state.time, energy, angular_momentum })
     }
 }

@@ -1,6 +1,6 @@
 //! The conditions and their functions.
 
-use crate::dynamics::{BarycentricFrame, State, System};
+use crate::dynamics::{BarycentricFrame, Dynamics, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::shape::growth;
@@ -67,30 +67,42 @@ pub enum Condition<'a> {
         /// The other.
         other: usize,
     },
+    /// A third body is nearest to the system's barycentre, on its prescribed path.
+    ClosestApproach {
+        /// Its place among the forces.
+        force: usize,
+    },
     /// Zeros of a function of the state.
     Function(Box<StateFunction<'a>>),
 }
 
 /// What the functions are made from.
 pub(super) struct Place<'a> {
-    pub system: &'a System,
-    pub frame: &'a BarycentricFrame,
+    pub equations: &'a Dynamics,
     pub time: f64,
     pub y: &'a [f64],
     pub zeros: &'a [f64],
 }
 
 impl Place<'_> {
+    fn system(&self) -> &System {
+        self.equations.system()
+    }
+
+    fn frame(&self) -> &BarycentricFrame {
+        self.equations.frame()
+    }
+
     fn position(&self, body: usize) -> Vec3 {
-        Vec3::from_column_slice(&self.y[self.frame.layout.position(body)..][..3])
+        Vec3::from_column_slice(&self.y[self.frame().layout.position(body)..][..3])
     }
 
     fn velocity(&self, body: usize) -> Vec3 {
-        Vec3::from_column_slice(&self.y[self.frame.layout.velocity(body)..][..3])
+        Vec3::from_column_slice(&self.y[self.frame().layout.velocity(body)..][..3])
     }
 
     fn rotation(&self, body: usize) -> Mat3 {
-        rotation::matrix(self.frame.attitude(body, self.y))
+        rotation::matrix(self.frame().attitude(body, self.y))
     }
 
     fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
@@ -109,6 +121,7 @@ impl Condition<'_> {
             Self::PlaneCrossing { .. } => "PlaneCrossing",
             Self::Escape { .. } => "Escape",
             Self::Alignment { .. } => "Alignment",
+            Self::ClosestApproach { .. } => "ClosestApproach",
             Self::Function(_) => "Function",
         }
     }
@@ -116,15 +129,15 @@ impl Condition<'_> {
     /// The direction that belongs to the condition.
     pub(super) fn direction(&self) -> Option<i8> {
         match self {
-            Self::Periapsis { .. } => Some(1),
+            Self::Periapsis { .. } | Self::ClosestApproach { .. } => Some(1),
             Self::Apoapsis { .. } | Self::Alignment { .. } => Some(-1),
             _ => None,
         }
     }
 
     /// Refuses bodies that are not there and values that mean nothing.
-    pub(super) fn check(&self, system: &System) -> Result<()> {
-        let bodies = system.bodies();
+    pub(super) fn check(&self, equations: &Dynamics) -> Result<()> {
+        let bodies = equations.system().bodies();
         let body = |index: usize| {
             if index < bodies.len() {
                 Ok(())
@@ -180,6 +193,7 @@ impl Condition<'_> {
                     ))
                 }
             }
+            Self::ClosestApproach { force } => equations.outside().third_body(*force, 0.0).map(drop),
             Self::Function(_) => Ok(()),
         }
     }
@@ -196,26 +210,31 @@ impl Condition<'_> {
             Self::PlaneCrossing { body, reference, normal } => {
                 let from = match reference {
                     Some(other) => at.position(*other),
-                    None => -at.frame.barycentre_at(at.time),
+                    None => -at.frame().barycentre_at(at.time, at.y),
                 };
                 normal.normalize().dot(&(at.position(*body) - from))
             }
             Self::Escape { first, second, distance } => {
                 let (r, v) = at.relative(*first, *second);
-                let bodies = at.system.bodies();
-                let mu = at.system.gravitational_constant() * (bodies[*first].mass + bodies[*second].mass);
+                let bodies = at.system().bodies();
+                let mu = at.system().gravitational_constant() * (bodies[*first].mass + bodies[*second].mass);
                 let r = r.norm();
                 (r * v.norm_squared() / (2.0 * mu) - 1.0).min(r / *distance - 1.0)
             }
             Self::Alignment { body, other } => alignment(at, *body, *other),
-            Self::Function(function) => function(&at.frame.state(at.time, at.y, at.zeros))?,
+            Self::ClosestApproach { force } => {
+                let (position, velocity) = at.equations.outside().third_body(*force, at.time)?;
+                let (departed, departing) = at.frame().departure(at.y);
+                (position - departed).dot(&(velocity - departing))
+            }
+            Self::Function(function) => function(&at.frame().state(at.time, at.y, at.zeros))?,
         })
     }
 }
 
 fn contact(at: &Place, first: usize, second: usize) -> Result<f64> {
     let (r, _) = at.relative(first, second);
-    let bodies = at.system.bodies();
+    let bodies = at.system().bodies();
     let (a, b) = (&bodies[first], &bodies[second]);
     let reach = a.shape.circumradius() + b.shape.circumradius();
     // Far apart the bodies' own spheres are near enough, and cheaper.
@@ -230,12 +249,12 @@ fn contact(at: &Place, first: usize, second: usize) -> Result<f64> {
 
 fn alignment(at: &Place, body: usize, other: usize) -> f64 {
     let (r, v) = at.relative(body, other);
-    let axes = at.system.bodies()[body].shape.semi_axes();
+    let axes = at.system().bodies()[body].shape.semi_axes();
     let longest = (0..3).fold(0, |best, k| if axes[k] > axes[best] { k } else { best });
     let mut axis = Vec3::zeros();
     axis[longest] = 1.0;
     let turn = at.rotation(body);
-    let spin = Vec3::from_column_slice(&at.y[at.frame.layout.spin(body)..][..3]);
+    let spin = Vec3::from_column_slice(&at.y[at.frame().layout.spin(body)..][..3]);
     let distance = r.norm();
     let line = r / distance;
     let line_rate = (v - line * line.dot(&v)) / distance;

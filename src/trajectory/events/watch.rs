@@ -2,7 +2,7 @@
 
 use super::condition::Place;
 use super::{Condition, Event, Occurrence};
-use crate::dynamics::{BarycentricFrame, System};
+use crate::dynamics::Dynamics;
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, extremum, root};
 use crate::patience::Patience;
@@ -39,9 +39,9 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// Refuses events that the system cannot have. `given` says whether the run starts from a state that was given.
-    pub fn new(system: &System, frame: &BarycentricFrame, events: &[Event], given: bool) -> Result<Self> {
+    pub fn new(equations: &Dynamics, events: &[Event], given: bool) -> Result<Self> {
         for event in events {
-            event.condition.check(system)?;
+            event.condition.check(equations)?;
             let name = event.condition.name();
             let own = event.condition.direction();
             let fits = match own {
@@ -53,7 +53,7 @@ impl Watch {
                 return Err(Error::invalid(format!("direction of {name}"), event.direction, expected));
             }
         }
-        let dimension = frame.layout.dimension();
+        let dimension = equations.layout().dimension();
         Ok(Self {
             values: vec![[0.0; POINTS]; events.len()],
             begun: false,
@@ -74,8 +74,7 @@ impl Watch {
     #[allow(clippy::too_many_arguments)]
     pub fn scan(
         &mut self,
-        system: &System,
-        frame: &BarycentricFrame,
+        equations: &Dynamics,
         pieces: &[Segment],
         end: (f64, &[f64]),
         met: Option<Contact>,
@@ -99,7 +98,7 @@ impl Watch {
                 }
                 (None, None) => end,
             };
-            let stop = self.scan_piece(system, frame, piece, after, here, events, out)?;
+            let stop = self.scan_piece(equations, piece, after, here, events, out)?;
             self.next = next;
             if stop.is_some() || here.is_some() {
                 return Ok(stop);
@@ -111,8 +110,7 @@ impl Watch {
     #[allow(clippy::too_many_arguments)]
     fn scan_piece(
         &mut self,
-        system: &System,
-        frame: &BarycentricFrame,
+        equations: &Dynamics,
         piece: &Segment,
         after: (f64, &[f64]),
         met: Option<Contact>,
@@ -138,7 +136,7 @@ impl Watch {
                 piece.at(places[k], &mut self.y);
                 (piece.time_at(places[k]), self.y.as_slice())
             };
-            let place = Place { system, frame, time, y, zeros: &self.zeros };
+            let place = Place { equations, time, y, zeros: &self.zeros };
             for (event, values) in events.iter_mut().zip(&mut self.values) {
                 values[k] = checked(event, &place)?;
             }
@@ -159,7 +157,7 @@ impl Watch {
             let mut f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);
-                checked(event, &Place { system, frame, time, y, zeros: &self.zeros })
+                checked(event, &Place { equations, time, y, zeros: &self.zeros })
             };
             let along = piece.size().signum();
             let mut take = |a: (f64, f64), b: (f64, f64), f: &mut dyn FnMut(f64) -> Result<f64>| {
@@ -198,7 +196,11 @@ impl Watch {
         for &(theta, index) in &self.found {
             piece.at(theta, &mut self.y);
             let time = piece.time_at(theta);
-            out.push(Occurrence { event: index, time, state: frame.state(time, &self.y, &self.zeros) });
+            out.push(Occurrence {
+                event: index,
+                time,
+                state: equations.frame().state(time, &self.y, &self.zeros),
+            });
             if events[index].terminal {
                 return Ok(Some((index, time)));
             }

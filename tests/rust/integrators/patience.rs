@@ -2,7 +2,7 @@
 
 use super::systems::*;
 use fullbody::dynamics::{Settings, State, System};
-use fullbody::error::{Error, Result};
+use fullbody::error::{Error, Refusal, Result};
 use fullbody::integrate::{Equations, Scheme, Stepper, Tolerance, VERNER98};
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
@@ -88,7 +88,7 @@ fn parts_make_a_whole() {
     let mut dynamics = simulation.dynamics().clone();
     assert!(dynamics.parts() > 1);
     let (_, vector, _) = fullbody::dynamics::BarycentricFrame::new(system.layout(), &system.masses(), &state);
-    (0..dynamics.parts()).for_each(|part| dynamics.load(part, &vector).unwrap());
+    (0..dynamics.parts()).for_each(|part| dynamics.load(part, 0.0, &vector).unwrap());
     let expected = system.interactions(&state, &mut Patience::endless()).unwrap();
     let largest = expected.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
     for (acceleration, force) in dynamics.loads().0.iter().zip(&expected.force) {
@@ -116,10 +116,10 @@ impl Equations for Refusing {
         _: f64,
         _: &[f64],
         rate: &mut [f64],
-    ) -> std::result::Result<(), &'static str> {
+    ) -> std::result::Result<(), Refusal> {
         rate.fill(1.0);
         self.evaluations += 1;
-        if self.evaluations > 2 { Err("refused") } else { Ok(()) }
+        if self.evaluations > 2 { Err(Refusal::Shorter("refused")) } else { Ok(()) }
     }
 
     fn norm(&mut self, _: &[f64], v: &[f64], _: &Tolerance) -> f64 {

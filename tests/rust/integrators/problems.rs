@@ -1,6 +1,6 @@
 //! Problems with closed forms.
 
-use fullbody::error::Result;
+use fullbody::error::{Refusal, Result};
 use fullbody::integrate::{Equations, Tolerance};
 use fullbody::patience::Patience;
 
@@ -32,7 +32,7 @@ impl Equations for Kepler {
         _: f64,
         y: &[f64],
         rate: &mut [f64],
-    ) -> std::result::Result<(), &'static str> {
+    ) -> std::result::Result<(), Refusal> {
         let cube = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
         rate.copy_from_slice(&[y[2], y[3], -y[0] / cube, -y[1] / cube]);
         Ok(())

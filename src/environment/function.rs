@@ -1,0 +1,149 @@
+//! A caller's own force, by a pointer to a function in C: compiled from any language, or a way into an interpreter.
+
+use super::{Loads, Scene};
+use crate::error::{Error, Refusal, Result};
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+use std::ffi::{c_int, c_void};
+use std::sync::Arc;
+
+/// The function's signature in C:
+/// `int f(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
+/// const double *spin, double *force, double *torque, void *data)`.
+///
+/// Arrays are (bodies, 3), attitudes (bodies, 4), in C order: positions, velocities and forces in the coordinates of the states,
+/// spins and torques in body frames. Forces and torques come in as zeros. The answer is zero, or the run ends.
+pub type ForceFunction = unsafe extern "C" fn(
+    f64,
+    i64,
+    *const f64,
+    *const f64,
+    *const f64,
+    *const f64,
+    *mut f64,
+    *mut f64,
+    *mut c_void,
+) -> c_int;
+
+/// A force that a function computes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Function {
+    /// Its name.
+    pub name: String,
+    /// Whether it depends on velocities or spins.
+    pub depends_on_velocity: bool,
+    /// What is called. Archives have none: who loads one gives it again.
+    #[serde(skip)]
+    pub call: Option<Call>,
+}
+
+/// A pointer to a function, and what keeps it there.
+#[derive(Clone)]
+pub struct Call {
+    function: ForceFunction,
+    data: usize,
+    owner: Arc<dyn Any + Send + Sync>,
+}
+
+impl Call {
+    /// From the addresses of a function and of its data. `owner` lives as long as they are used.
+    ///
+    /// # Safety
+    /// The function has the signature of [`ForceFunction`], may be called from any thread, and it and its data stay where they are
+    /// while `owner` lives.
+    #[allow(unsafe_code)]
+    pub unsafe fn new(function: usize, data: usize, owner: Arc<dyn Any + Send + Sync>) -> Option<Self> {
+        if function == 0 {
+            return None;
+        }
+        // SAFETY: the caller answers for it, and the address is not null.
+        let function =
+            unsafe { std::mem::transmute::<*const c_void, ForceFunction>(function as *const c_void) };
+        Some(Self { function, data, owner })
+    }
+}
+
+impl std::fmt::Debug for Call {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Call({:#x})", self.function as usize)
+    }
+}
+
+impl PartialEq for Call {
+    fn eq(&self, other: &Self) -> bool {
+        (self.function as usize, self.data) == (other.function as usize, other.data)
+            && Arc::ptr_eq(&self.owner, &other.owner)
+    }
+}
+
+impl Function {
+    pub(super) fn ready(&self, bodies: usize) -> Result<Called> {
+        let Some(call) = self.call.clone() else {
+            return Err(Error::invalid(
+                format!("function of {}", self.name),
+                "missing: an archive keeps none",
+                "it to be given again where the archive is loaded",
+            ));
+        };
+        Ok(Called {
+            call,
+            position: vec![0.0; 3 * bodies],
+            velocity: vec![0.0; 3 * bodies],
+            loads: vec![0.0; 6 * bodies],
+        })
+    }
+}
+
+/// A function with room for what goes in and out.
+#[derive(Debug, Clone)]
+pub(super) struct Called {
+    call: Call,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    loads: Vec<f64>,
+}
+
+impl Called {
+    #[allow(unsafe_code)]
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> std::result::Result<(), Refusal> {
+        let bodies = scene.position.len();
+        for body in 0..bodies {
+            let (r, v) = (scene.origin + scene.position[body], scene.origin_velocity + scene.velocity[body]);
+            self.position[3 * body..3 * body + 3].copy_from_slice(r.as_slice());
+            self.velocity[3 * body..3 * body + 3].copy_from_slice(v.as_slice());
+        }
+        self.loads.fill(0.0);
+        let (force, torque) = self.loads.split_at_mut(3 * bodies);
+        // SAFETY: `Call::new` was promised the signature, and the arrays are as long as that says.
+        let answer = unsafe {
+            (self.call.function)(
+                scene.time,
+                bodies as i64,
+                self.position.as_ptr(),
+                self.velocity.as_ptr(),
+                scene.attitude.as_ptr().cast(),
+                scene.spin.as_ptr().cast(),
+                force.as_mut_ptr(),
+                torque.as_mut_ptr(),
+                self.call.data as *mut c_void,
+            )
+        };
+        let failed = |detail: String| {
+            Err(Refusal::failed(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail }))
+        };
+        if answer != 0 {
+            return failed(format!("its function answers {answer}, where 0 is success"));
+        }
+        if let Some(value) = self.loads.iter().find(|value| !value.is_finite()) {
+            return failed(format!("its function gives {value}; expected finite numbers"));
+        }
+        let (force, torque) = self.loads.split_at(3 * bodies);
+        for body in 0..bodies {
+            let at = 3 * body..3 * body + 3;
+            loads.force[body].copy_from_slice(&force[at.clone()]);
+            loads.torque[body].copy_from_slice(&torque[at]);
+        }
+        Ok(())
+    }
+}

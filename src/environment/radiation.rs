@@ -1,0 +1,194 @@
+//! What sunlight does over many turns: a torque on one body (YORP), and a force on a synchronous secondary (BYORP).
+//!
+//! Both are means over a rotation and over an orbit round the Sun: D. P. Rubincam (2000), Icarus 148, 2, for the torque along and
+//! across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres (2010),
+//! Icarus 209, 494, for the force along the secondary's motion.
+
+use super::{Loads, Scene, Switch, place, two_places};
+use crate::error::{Error, Result, require_finite};
+use crate::math::Vec3;
+use crate::math::spline::Spline;
+use crate::shape::Body;
+use serde::{Deserialize, Serialize};
+
+/// The mean torque of radiation on a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Yorp {
+    /// Its name.
+    pub name: String,
+    /// The body.
+    pub on: String,
+    /// Normal of the orbit round the Sun, from which the obliquity counts.
+    pub pole: [f64; 3],
+    /// Obliquities of a table, in rad; none for torques that do not depend on it.
+    pub obliquity: Vec<f64>,
+    /// Torques along the spin: one, or one at each obliquity.
+    pub along: Vec<f64>,
+    /// Torques across it that raise the obliquity.
+    pub across: Vec<f64>,
+}
+
+impl Yorp {
+    pub(super) fn ready(&self, bodies: &[Body]) -> Result<Turning> {
+        let name = &self.name;
+        let on = place(name, "on", &self.on, bodies)?;
+        require_finite(&format!("pole of {name}"), &self.pole)?;
+        let pole = Vec3::from(self.pole).try_normalize(0.0).ok_or_else(|| {
+            Error::invalid(format!("pole of {name}"), "[0, 0, 0]", "a vector of non-zero length")
+        })?;
+        let counts = (self.obliquity.len().max(1), self.along.len(), self.across.len());
+        if counts.0 != counts.1 || counts.0 != counts.2 {
+            let found =
+                format!("{} obliquities, {} along, {} across", self.obliquity.len(), counts.1, counts.2);
+            return Err(Error::invalid(format!("the torques of {name}"), found, "as many of each"));
+        }
+        require_finite(&format!("along of {name}"), &self.along)?;
+        require_finite(&format!("across of {name}"), &self.across)?;
+        let torque = if self.obliquity.is_empty() {
+            Torque::Constant([self.along[0], self.across[0]])
+        } else {
+            let rows: Vec<_> = self.along.iter().zip(&self.across).map(|(a, b)| [*a, *b]).collect();
+            let spline = Spline::new(&format!("obliquities of {name}"), &self.obliquity, &rows)?;
+            let (first, last) = spline.range();
+            // A table in degrees that were turned into rad may end a rounding before pi.
+            if first > 1e-9 || last < std::f64::consts::PI - 1e-9 {
+                let expected = "all from 0 to pi";
+                return Err(Error::invalid(
+                    format!("range of the obliquities of {name}"),
+                    format!("{first} to {last} rad"),
+                    expected,
+                ));
+            }
+            Torque::Table(spline)
+        };
+        Ok(Turning { on, pole, torque })
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Torque {
+    Constant([f64; 2]),
+    Table(Spline<2>),
+}
+
+/// A torque of radiation ready for computing.
+#[derive(Debug, Clone)]
+pub(super) struct Turning {
+    on: usize,
+    pole: Vec3,
+    torque: Torque,
+}
+
+impl Turning {
+    pub fn load(&self, scene: &Scene, loads: &mut Loads) {
+        let spin = scene.inertial_spin(self.on);
+        let Some(axis) = spin.try_normalize(0.0) else { return };
+        let aside = axis.cross(&self.pole);
+        let (sine, cosine) = (aside.norm(), axis.dot(&self.pole));
+        let [along, across] = match &self.torque {
+            Torque::Constant(torque) => *torque,
+            Torque::Table(spline) => spline.at(sine.atan2(cosine)).0,
+        };
+        // From the pole to the spin, across the spin: there is no such direction where they are parallel.
+        let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
+        let torque = axis * along + outwards * across;
+        loads.torque[self.on] = scene.rotation[self.on].transpose() * torque;
+    }
+}
+
+/// The mean force of radiation on a synchronous secondary.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Byorp {
+    /// Its name.
+    pub name: String,
+    /// The secondary.
+    pub on: String,
+    /// The body that it moves about.
+    pub about: String,
+    /// The force along the secondary's motion, in the plane of its orbit and across the line to the other body.
+    pub force: f64,
+}
+
+impl Byorp {
+    pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Pushing> {
+        let name = &self.name;
+        let (on, about) = two_places(name, ["on", "about"], [&self.on, &self.about], bodies)?;
+        require_finite(&format!("force of {name}"), &[self.force])?;
+        let inertia = bodies[on].inertia();
+        let mut order = [0, 1, 2];
+        order.sort_by(|&i, &j| inertia[i].total_cmp(&inertia[j]));
+        let [long, middle, short] = order;
+        if inertia[middle] <= inertia[long] {
+            let found = format!("{:?}", bodies[on].shape.semi_axes());
+            let expected = format!("one longest, which {name} can keep towards {}", bodies[about].name);
+            return Err(Error::invalid(format!("semi-axes of {}", bodies[on].name), found, expected));
+        }
+        Ok(Pushing {
+            on,
+            about,
+            force: self.force,
+            long,
+            short,
+            elongation: 3.0 * (inertia[middle] - inertia[long]) / inertia[short],
+            mu: gravitational_constant * (bodies[on].mass + bodies[about].mass),
+            state: Switch { on: true, times: 0 },
+        })
+    }
+}
+
+/// A force of radiation ready for computing.
+#[derive(Debug, Clone)]
+pub(super) struct Pushing {
+    on: usize,
+    about: usize,
+    force: f64,
+    /// Body axes of the smallest and the largest moment of inertia.
+    long: usize,
+    short: usize,
+    /// 3 (B - A) / C.
+    elongation: f64,
+    mu: f64,
+    /// Whether the secondary is locked, and how often it was lost.
+    pub state: Switch,
+}
+
+impl Pushing {
+    /// Switches the force off while the secondary is not locked.
+    pub fn switch(&mut self, scene: &Scene) {
+        let locked = self.locked(scene);
+        self.state.times += u64::from(self.state.on && !locked);
+        self.state.on = locked;
+    }
+
+    /// Whether the secondary librates: its short axis is within 45 degrees of the orbit's normal, and the angle psi between its long
+    /// axis and the line to the other body is that of a pendulum that does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with
+    /// w^2 = 3 (B - A)/C mu/r^3.
+    fn locked(&self, scene: &Scene) -> bool {
+        let (r, v) = scene.relative(self.on, self.about);
+        let (distance, momentum) = (r.norm(), r.cross(&v));
+        let Some(normal) = momentum.try_normalize(0.0) else { return false };
+        let turn = &scene.rotation[self.on];
+        let (long, short) = (turn.column(self.long), turn.column(self.short));
+        if short.dot(&normal).abs() < std::f64::consts::FRAC_1_SQRT_2 {
+            return false;
+        }
+        let line = r / distance;
+        let (cosine, sine) = (long.dot(&line), long.dot(&normal.cross(&line)));
+        let share = sine * sine / (sine * sine + cosine * cosine);
+        let rate = scene.inertial_spin(self.on).dot(&normal) - momentum.norm() / (distance * distance);
+        let frequency = self.elongation * self.mu / (distance * distance * distance);
+        rate * rate + frequency * share < frequency
+    }
+
+    pub fn load(&self, scene: &Scene, loads: &mut Loads) {
+        if !self.state.on {
+            return;
+        }
+        let (r, v) = scene.relative(self.on, self.about);
+        if let Some(forwards) = r.cross(&v).cross(&r).try_normalize(0.0) {
+            loads.force[self.on] = forwards * self.force;
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! The gravity of a point mass on a prescribed path: the Sun, a planet that is passed.
+//!
+//! With r a body from the nominal barycentre, p the third body from there and d = r - p, a point is accelerated relative to the
+//! nominal barycentre by
+//!
+//! a = -(mu/|d|^3) [r + f(q) p],  q = r.(r - 2p)/|p|^2,  f = q (3 + 3q + q^2) / (1 + (1+q)^(3/2)):
+//!
+//! R. H. Battin, An Introduction to the Mathematics and Methods of Astrodynamics (1999), section 8.4: the difference of two nearly
+//! equal accelerations without their cancellation. On a body with extent the third body acts as the body's own exact field
+//! says, by the third law.
+
+use super::{Loads, Scene};
+use crate::error::{Error, Refusal, Result, require_positive};
+use crate::gravity::ExtendedPull;
+use crate::math::Vec3;
+use crate::math::spline::Spline;
+use crate::orbit::{KeplerElements, OrbitPath};
+use crate::shape::Body;
+use serde::{Deserialize, Serialize};
+
+/// A point mass on a prescribed path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ThirdBody {
+    /// Its name.
+    pub name: String,
+    /// G times its mass.
+    pub mu: f64,
+    /// Whose path about whom is given.
+    pub of: WhoseOrbit,
+    /// The path.
+    pub path: Path,
+}
+
+/// Whose path about whom is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WhoseOrbit {
+    /// That of the system's barycentre about the third body: an orbit round the Sun.
+    System,
+    /// That of the third body about the system's barycentre: a planet that passes.
+    Body,
+}
+
+/// A prescribed path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Path {
+    /// A Kepler orbit whose mu is that of the third body and the system together.
+    Orbit {
+        /// The elements.
+        elements: KeplerElements,
+        /// Time to which the mean anomaly belongs.
+        time: f64,
+    },
+    /// Places at times, with a cubic spline between.
+    Table {
+        /// Times.
+        times: Vec<f64>,
+        /// Positions.
+        positions: Vec<[f64; 3]>,
+    },
+}
+
+impl ThirdBody {
+    pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Pull> {
+        require_positive(&format!("mu of {}", self.name), self.mu)?;
+        let total: f64 = bodies.iter().map(|body| body.mass).sum();
+        let motion = match &self.path {
+            Path::Orbit { elements, time } => {
+                crate::error::require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
+                let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
+                Motion::Orbit {
+                    orbit: orbit.map_err(|error| error.of(&self.name))?,
+                    time: *time,
+                    periapsis: elements.periapsis_distance(),
+                }
+            }
+            Path::Table { times, positions } => {
+                Motion::Table(Spline::new(&format!("times of {}", self.name), times, positions)?)
+            }
+        };
+        Ok(Pull {
+            mu: self.mu,
+            sign: if self.of == WhoseOrbit::System { -1.0 } else { 1.0 },
+            motion,
+            names: bodies.iter().map(|body| body.name.clone()).collect(),
+            masses: bodies.iter().map(|body| body.mass).collect(),
+            radii: bodies.iter().map(|body| body.shape.circumradius()).collect(),
+            extended: bodies.iter().map(|body| ExtendedPull::new(&body.shape)).collect(),
+        })
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Motion {
+    Orbit { orbit: OrbitPath, time: f64, periapsis: f64 },
+    Table(Spline<3>),
+}
+
+/// A third body ready for computing.
+#[derive(Debug, Clone)]
+pub(super) struct Pull {
+    mu: f64,
+    sign: f64,
+    motion: Motion,
+    names: Vec<String>,
+    masses: Vec<f64>,
+    radii: Vec<f64>,
+    extended: Vec<Option<ExtendedPull>>,
+}
+
+impl Pull {
+    /// Position and velocity from the nominal barycentre.
+    pub fn place(&self, time: f64) -> Result<(Vec3, Vec3)> {
+        let (position, velocity) = match &self.motion {
+            Motion::Orbit { orbit, time: epoch, .. } => orbit.after(time - epoch)?,
+            Motion::Table(spline) => {
+                let (position, velocity) = spline.at(time);
+                (Vec3::from(position), Vec3::from(velocity))
+            }
+        };
+        Ok((position * self.sign, velocity * self.sign))
+    }
+
+    /// Refuses times beyond the table's, and a third body that is or comes inside the system.
+    pub fn check(&self, name: &str, from: f64, to: f64, scene: &Scene) -> Result<()> {
+        if let Motion::Table(spline) = &self.motion {
+            let (first, last) = spline.range();
+            if from.min(to) < first || from.max(to) > last {
+                let expected = format!("times from {first} to {last}, which its table covers");
+                return Err(Error::invalid(
+                    format!("the time of {name}"),
+                    format!("{from} to {to}"),
+                    expected,
+                ));
+            }
+        }
+        let extent = scene.position.iter().zip(&self.radii).map(|(r, radius)| r.norm() + radius);
+        let extent = extent.fold(0.0, f64::max);
+        let distance = self.place(from)?.0.norm();
+        let nearest = match &self.motion {
+            Motion::Orbit { periapsis, .. } => periapsis.min(distance),
+            Motion::Table(_) => distance,
+        };
+        if nearest > extent {
+            return Ok(());
+        }
+        let what = if nearest < distance { "periapsis distance" } else { "distance" };
+        let expected = format!("more than {extent}, out to which the system reaches");
+        Err(Error::invalid(format!("{what} of {name}"), nearest, expected))
+    }
+
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> std::result::Result<(), Refusal> {
+        let (p, _) = self.place(scene.time).map_err(Refusal::failed)?;
+        let square = p.norm_squared();
+        for (body, r) in scene.position.iter().enumerate() {
+            let q = r.dot(&(r - 2.0 * p)) / square;
+            let f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) * (1.0 + q).sqrt());
+            let d = r - p;
+            let distance = d.norm();
+            let mut force = (r + f * p) * (-self.mu / (distance * distance * distance));
+            if let Some(extended) = &mut self.extended[body] {
+                let turn = &scene.rotation[body];
+                let Some((excess, moment)) = extended.at(&(turn.transpose() * -d)) else {
+                    return Err(Refusal::failed(Error::ForceFailed {
+                        force: name.to_owned(),
+                        time: scene.time,
+                        detail: format!("it comes inside {}", self.names[body]),
+                    }));
+                };
+                force -= turn * (excess * self.mu);
+                loads.torque[body] = -moment * (self.mu * self.masses[body]);
+            }
+            loads.force[body] = force * self.masses[body];
+        }
+        Ok(())
+    }
+}

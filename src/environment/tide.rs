@@ -1,0 +1,75 @@
+//! The tide of constant time lag: F. Mignard (1979), Moon and Planets 20, 301; P. Hut (1981), Astron. Astrophys. 99, 126.
+//!
+//! With r from the deformed body to the raiser of mass m, v its rate and omega the deformed body's inertial spin, the force on the
+//! raiser is
+//!
+//! F = -(3 k2 G m^2 R^5 tau / r^10) [2 r (r.v) + r^2 (r x omega + v)],
+//!
+//! the opposite acts on the deformed body, and its torque is -r x F. Only what the lag adds is here: the figure is rigid, so that
+//! the bulges of the tide and of the rotation are part of it.
+
+use super::{Loads, Scene, two_places};
+use crate::error::{Error, Result, require_positive};
+use crate::math::Vec3;
+use crate::shape::Body;
+use serde::{Deserialize, Serialize};
+
+/// The tide that one body raises on another.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tide {
+    /// Its name.
+    pub name: String,
+    /// The body that is deformed.
+    pub on: String,
+    /// The body that raises the tide.
+    pub by: String,
+    /// Love's number of degree two.
+    pub k2: f64,
+    /// The time lag.
+    pub lag: f64,
+    /// Radius of the deformed body.
+    pub radius: f64,
+}
+
+impl Tide {
+    pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Lagging> {
+        let name = &self.name;
+        let (on, by) = two_places(name, ["on", "by"], [&self.on, &self.by], bodies)?;
+        if !(0.0..=1.5).contains(&self.k2) {
+            return Err(Error::invalid(format!("k2 of {name}"), self.k2, "a number from 0 to 1.5"));
+        }
+        if !(self.lag >= 0.0 && self.lag.is_finite()) {
+            let expected = "a finite time, zero or above";
+            return Err(Error::invalid(format!("lag of {name}"), self.lag, expected));
+        }
+        require_positive(&format!("radius of {name}"), self.radius)?;
+        let mass = bodies[by].mass;
+        let strength = 3.0 * self.k2 * gravitational_constant * mass * mass * self.radius.powi(5) * self.lag;
+        Ok(Lagging { on, by, strength })
+    }
+}
+
+/// A tide ready for computing.
+#[derive(Debug, Clone)]
+pub(super) struct Lagging {
+    on: usize,
+    by: usize,
+    /// 3 k2 G m^2 R^5 tau.
+    strength: f64,
+}
+
+impl Lagging {
+    pub fn load(&self, scene: &Scene, loads: &mut Loads) {
+        let (r, v) = scene.relative(self.by, self.on);
+        let spin = scene.inertial_spin(self.on);
+        let square = r.norm_squared();
+        // Of 1/r^10 one factor 1/r^2 stands in the bracket, which then has the size of v.
+        let strength = self.strength / (square * square * square * square);
+        let bracket: Vec3 = r * (2.0 * r.dot(&v) / square) + r.cross(&spin) + v;
+        let force = bracket * -strength;
+        loads.force[self.by] += force;
+        loads.force[self.on] -= force;
+        loads.torque[self.on] = scene.rotation[self.on].transpose() * -r.cross(&force);
+    }
+}
