@@ -11,12 +11,13 @@ Examples
 
 import typing as _typing
 
-from . import events, frames, observables, systems
+from . import events, forces, frames, observables, systems
 from ._core import vector_paths
 from .base.version import version
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
+    ForceFailed,
     FullbodyError,
     InconsistentInput,
     Interrupted,
@@ -27,7 +28,7 @@ from .errors import (
     UncheckedFile,
 )
 from .model.bodies import Body, Ellipsoid, PointMass, Sphere
-from .model.interactions import Energy, Interactions, Invariants
+from .model.interactions import Energy, Interactions, Invariants, Loads
 from .model.state import State
 from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
@@ -77,6 +78,7 @@ __all__ = [
     "DormandPrince54",
     "Ellipsoid",
     "Energy",
+    "ForceFailed",
     "FullbodyError",
     "InconsistentInput",
     "Interactions",
@@ -85,6 +87,7 @@ __all__ = [
     "Invariants",
     "KeplerElements",
     "LieGroupVariational",
+    "Loads",
     "NotConverged",
     "PointMass",
     "PrecisionWarning",
@@ -107,6 +110,7 @@ __all__ = [
     "__version__",
     "binary",
     "events",
+    "forces",
     "frames",
     "from_rebound",
     "load",

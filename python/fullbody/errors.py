@@ -114,6 +114,26 @@ class ChartSingularity(FullbodyError, RuntimeError):
         return str(self.args[0])
 
 
+class ForceFailed(FullbodyError, RuntimeError):
+    """A force from outside that cannot be had, or whose function failed.
+
+    Attributes
+    ----------
+    force : str
+        Its name.
+    time : float
+        When, in the system's units.
+    """
+
+    def __init__(self, message: str, force: str = "", time: float = float("nan")) -> None:
+        super().__init__(message, force, time)
+        self.force = force
+        self.time = time
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class PrecisionWarning(UserWarning):
     """A tolerance below what doubles can do, which is raised to that."""
 

@@ -53,6 +53,13 @@ impl PySimulation {
         Ok(Self { inner })
     }
 
+    /// What such bytes were made with, and the text that is kept with them.
+    #[staticmethod]
+    fn described<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyAny>, String)> {
+        let (setup, notes) = Simulation::described(bytes)?;
+        Ok((to_python(py, &setup)?, notes))
+    }
+
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
     }
@@ -89,6 +96,12 @@ impl PySimulation {
     #[getter]
     fn invariants(&mut self, py: Python<'_>) -> PyResult<[f64; 8]> {
         listening(py, |patience| Ok(self.inner.invariants(patience)?.numbers()))
+    }
+
+    /// Books (F, 7) of the forces since the start, one after the other: work, impulse, angular impulse.
+    #[getter]
+    fn books(&self) -> Vec<f64> {
+        self.inner.books().to_vec()
     }
 
     fn set_state(&mut self, py: Python<'_>, state: &PyState) -> PyResult<()> {

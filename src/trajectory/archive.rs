@@ -121,14 +121,24 @@ impl Simulation {
 
     /// The same of a simulation with forces that are functions, which no archive can hold: `functions` gives those of a name.
     pub fn from_bytes_with(bytes: &[u8], functions: impl Fn(&str) -> Option<Call>) -> Result<Self> {
-        let expected = format!("the contents of layout {ARCHIVE_VERSION}");
-        let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
-            .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
-        if !rest.is_empty() {
-            return Err(refuse(format!("of {} bytes more than its contents", rest.len()), &expected));
-        }
-        contents.restore(functions)
+        read(bytes)?.restore(functions)
     }
+
+    /// What such bytes were made with, and the caller's text in them.
+    pub fn described(bytes: &[u8]) -> Result<(Setup, String)> {
+        let contents = read(bytes)?;
+        Ok((contents.setup()?, contents.notes))
+    }
+}
+
+fn read(bytes: &[u8]) -> Result<Contents> {
+    let expected = format!("the contents of layout {ARCHIVE_VERSION}");
+    let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
+        .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
+    if !rest.is_empty() {
+        return Err(refuse(format!("of {} bytes more than its contents", rest.len()), &expected));
+    }
+    Ok(contents)
 }
 
 /// The contents behind a sound header.
@@ -183,10 +193,13 @@ fn refuse(value: String, expected: &str) -> Error {
 }
 
 impl Contents {
+    fn setup(&self) -> Result<Setup> {
+        serde_json::from_str(&self.setup)
+            .map_err(|error| refuse(format!("of a set-up that is damaged ({error})"), "one that can be read"))
+    }
+
     fn restore(self, functions: impl Fn(&str) -> Option<Call>) -> Result<Simulation> {
-        let mut setup: Setup = serde_json::from_str(&self.setup).map_err(|error| {
-            refuse(format!("of a set-up that is damaged ({error})"), "one that can be read")
-        })?;
+        let mut setup = self.setup()?;
         let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
         for force in &mut setup.forces {
             if let Force::Function(function) = force {

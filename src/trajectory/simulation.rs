@@ -125,6 +125,11 @@ impl Simulation {
         self.invariants_of(&high, &state, patience)
     }
 
+    /// Books of the forces from outside since then, seven numbers each: work, impulse, angular impulse.
+    pub fn books(&self) -> &[f64] {
+        self.frame().layout.books(self.mover.vector().0)
+    }
+
     /// Counts since the start.
     pub fn statistics(&self) -> Statistics {
         self.mover.statistics()

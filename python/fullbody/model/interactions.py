@@ -11,7 +11,7 @@ from ..base.tables import Table, Tabled, head, number, vector
 from ..base.values import Alike, Record, block
 from ..typing import Array, Scalar
 
-__all__ = ["Energy", "Interactions", "Invariants"]
+__all__ = ["Energy", "Interactions", "Invariants", "Loads"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -42,6 +42,25 @@ class Interactions(Record, Tabled):
 
     def __repr__(self) -> str:
         return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Loads(Record):
+    """What one force from outside does in a state.
+
+    Attributes
+    ----------
+    force : ndarray or Quantity, (N, 3)
+        Inertial frame. Of a third body the part that moves the bodies relative to the nominal barycentre.
+    torque : ndarray or Quantity, (N, 3)
+        About each body's centre, in its body frame.
+    """
+
+    force: Array
+    torque: Array
+
+    def __repr__(self) -> str:
+        return block("Loads(", force=self.force, torque=self.torque)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

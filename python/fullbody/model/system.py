@@ -10,13 +10,14 @@ import numpy as np
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import integer, place
+from ..base.arguments import integer, place, suggestion
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
-from ..errors import BodiesOverlap, InvalidInput
+from ..errors import BodiesOverlap, ForceFailed, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
-from .interactions import Energy, Interactions
+from .force import KINDS, Force, Ground
+from .interactions import Energy, Interactions, Loads
 from .state import State
 
 __all__ = ["BaseSystem"]
@@ -55,6 +56,8 @@ class BaseSystem(Tabled):
     frame : str, optional
         What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, not used in computing, and that of
         the elements of a run (:meth:`fullbody.KeplerElements.to_frame`).
+    forces : sequence of Force
+        What acts beside the bodies' gravity, from :mod:`fullbody.forces`, under distinct names.
 
     Raises
     ------
@@ -69,7 +72,7 @@ class BaseSystem(Tabled):
     System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
     """
 
-    __slots__ = ("_G", "_bodies", "_core", "_options", "_units")
+    __slots__ = ("_G", "_bodies", "_calls", "_core", "_forces", "_options", "_units")
 
     def __init__(
         self,
@@ -84,6 +87,7 @@ class BaseSystem(Tabled):
         vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
         epoch: Any = None,
         frame: str | None = None,
+        forces: Sequence[Force] = (),
     ) -> None:
         self._units = Units(units)
         try:
@@ -113,7 +117,12 @@ class BaseSystem(Tabled):
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
         }
-        self._core = _core.System(core, self._G, settings)
+        self._forces = _forces(forces)
+        ground = Ground(self._units, self._G, self._bodies, self.names)
+        self._calls = {force.name: call for force in self._forces if (call := force._call(ground)) is not None}
+        functions = {name: call.given() for name, call in self._calls.items()}
+        described = [force._describe(ground) for force in self._forces]
+        self._core = _core.System(core, self._G, settings, described, functions)
         named = {"epoch": None if epoch is None else epochs.to_text(epoch), "frame": frame}
         self._options: dict[str, Any] = self._core.settings | named
         if self._options["order"] is not None:
@@ -164,6 +173,11 @@ class BaseSystem(Tabled):
     def options(self) -> dict[str, Any]:
         """The method and its settings."""
         return dict(self._options)
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """The forces from outside."""
+        return self._forces
 
     @property
     def masses(self) -> Array:
@@ -233,7 +247,84 @@ class BaseSystem(Tabled):
         >>> system.with_options(gravity="surface").options["gravity"]
         'surface'
         """
-        return type(self)(self._bodies, self.G, units=self._units.names, **{**self._options, **options})
+        options = {**self._options, "forces": self._forces, **options}
+        return type(self)(self._bodies, self.G, units=self._units.names, **options)
+
+    def with_forces(self, forces: Sequence[Force]) -> Self:
+        """The same system with these forces from outside in place of its own.
+
+        Parameters
+        ----------
+        forces : sequence of Force
+            From :mod:`fullbody.forces`; none, for a system that is left to itself.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> system.with_forces([tide]).forces[0].name
+        'tide on Alpha'
+        """
+        return self.with_options(forces=forces)
+
+    def loads(self, state: State) -> dict[str, Loads]:
+        """What each force from outside does in a state, by its name.
+
+        The nominal barycentre of the state is its own: a third body stands where its path has it relative to that.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        dict of Loads
+            Force (N, 3), inertial, and torque (N, 3), in body frames.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> system.with_forces([tide]).loads(state)["tide on Alpha"].force.shape
+        (2, 3)
+        """
+        core = self._strip(state)
+        with self._explaining(lambda: core):
+            try:
+                forces, torques = self._core.outside(core)
+            except ForceFailed as error:
+                raise self._caused(error) from error.__cause__
+        attach = self._units.attach
+        both = zip(self._forces, forces, torques, strict=True)
+        return {force.name: Loads(attach(f, "force"), attach(m, "torque")) for force, f, m in both}
+
+    def third_body(self, name: str, time: Any) -> tuple[Array, Array]:
+        """Position and velocity of a third body from the system's nominal barycentre.
+
+        Parameters
+        ----------
+        name : str
+            Of a :class:`fullbody.forces.ThirdBody` of the system.
+        time : float, Quantity or array_like, () or (K,)
+
+        Returns
+        -------
+        position, velocity : ndarray or Quantity, (3,) or (K, 3)
+        """
+        index = self._force(name, "name")
+        times = self._units.strip(time, "time", "time")
+        both = self._core.third_body(index, np.atleast_1d(times))
+        position, velocity = (array.reshape(*times.shape, 3) for array in both)
+        return self._units.attach(position, "length"), self._units.attach(velocity, "velocity")
+
+    def _force(self, name: object, what: str) -> int:
+        """The place of a force by its name, or an error that says which there are."""
+        names = [force.name for force in self._forces]
+        if name not in names:
+            raise InvalidInput(f"{what} is {name!r}; " + (suggestion(str(name), names, "one") if names else "expected a force of a system that has some"))
+        return names.index(str(name))
 
     def interactions(self, state: State) -> Interactions:
         """Forces, torques and potential energy.
@@ -299,6 +390,23 @@ class BaseSystem(Tabled):
         total: Array = self._units.attach(momentum, "angular momentum")
         return total
 
+    def _functions(self) -> tuple[Force, ...]:
+        """The forces that files cannot keep."""
+        return tuple(force for force in self._forces if force.name in self._calls)
+
+    def _caused(self, error: Exception) -> Exception:
+        """The error with what the function of a force raised as its cause; Ctrl-C in there is Ctrl-C."""
+        call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
+        if call is None or call.raised is None:
+            return error
+        raised, call.raised = call.raised, None
+        if isinstance(raised, KeyboardInterrupt):
+            return raised  # type: ignore[return-value]
+        if isinstance(error, ForceFailed):
+            error = ForceFailed(f"force {error.force} at time {error.time}: {raised}", error.force, error.time)
+        error.__cause__ = raised
+        return error
+
     def _strip(self, state: State) -> _core.State:
         if not isinstance(state, State):
             raise InvalidInput(f"state is {state!r}; expected a State")
@@ -347,7 +455,8 @@ class BaseSystem(Tabled):
             }
             for index, body in enumerate(self._bodies)
         ]
-        return {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
+        parts = {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
+        return parts | ({"forces": self._core.forces} if self._forces else {})
 
     def _notes(self) -> dict[str, Any]:
         """What this package alone knows of the system; the numbers are the core's."""
@@ -360,7 +469,7 @@ class BaseSystem(Tabled):
         }
 
     @classmethod
-    def _of_core(cls, setup: dict[str, Any], notes: dict[str, Any]) -> Self:
+    def _of_core(cls, setup: dict[str, Any], notes: dict[str, Any], functions: dict[str, Force]) -> Self:
         """The system of a core's set-up and of such notes, which may be missing: a program in Rust leaves none."""
         bodies = []
         noted = notes.get("bodies", [{}] * len(setup["bodies"]))
@@ -374,11 +483,13 @@ class BaseSystem(Tabled):
             name = None if unnamed else body["name"]
             bodies.append({"name": name, "shape": kind.__name__, "size": size, "mass": body["mass"]})
         named = {name: notes.get(name) for name in ("epoch", "frame")}
-        options = setup["settings"] | named
-        return cls._rebuild({"bodies": bodies, "G": setup["G"], "units": notes.get("units"), "options": options})
+        parts = {"bodies": bodies, "G": setup["G"], "units": notes.get("units"), "options": setup["settings"] | named}
+        return cls._rebuild(parts | {"forces": setup["forces"]}, functions)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, BaseSystem) and self._describe() == other._describe()
+        if not isinstance(other, BaseSystem) or self._describe() != other._describe():
+            return False
+        return self._functions() == other._functions()
 
     def __hash__(self) -> int:
         return hash(repr(self))
@@ -410,20 +521,38 @@ class BaseSystem(Tabled):
         return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
 
     def __reduce__(self) -> Any:
-        return (_assemble, (type(self), self._bodies, self._G, self._units.names, self._options))
+        return (_assemble, (type(self), self._bodies, self._G, self._units.names, self._options, self._forces))
 
     @classmethod
-    def _rebuild(cls, described: dict[str, Any]) -> Self:
-        """The system of a description, which may come from a file."""
+    def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
+        """The system of a description, which may come from a file; forces that are functions are given beside it."""
         units = None if described["units"] is None else tuple(described["units"])
         bodies = [Body(SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in described["bodies"]]
         options = dict(described["options"])
         options["order"] = None if options["order"] is None else tuple(options["order"])
-        return cls(bodies, described["G"], units=units, **options)
+        forces = [
+            (functions or {}).get(force["name"]) or KINDS[force["kind"]]._of_core(force, Units(units))
+            for force in described.get("forces", ())
+        ]
+        return cls(bodies, described["G"], units=units, forces=forces, **options)
 
 
-def _assemble(kind: type[BaseSystem], bodies: Any, G: float, units: Any, options: dict[str, Any]) -> BaseSystem:
-    return kind(bodies, G, units=units, **options)
+def _assemble(
+    kind: type[BaseSystem], bodies: Any, G: float, units: Any, options: dict[str, Any], forces: Any
+) -> BaseSystem:
+    return kind(bodies, G, units=units, forces=forces, **options)
+
+
+def _forces(given: Any) -> tuple[Force, ...]:
+    """Forces from outside, or an error that says what is none."""
+    try:
+        forces = tuple(given)
+    except TypeError as error:
+        raise InvalidInput(f"forces is {given!r}; expected a sequence of forces, such as [ThirdBody(...)]") from error
+    for force in forces:
+        if not isinstance(force, Force):
+            raise InvalidInput(f"forces has {force!r}; expected forces of fullbody.forces, such as ThirdBody(...)")
+    return forces
 
 
 def _tolerance(value: Any) -> float:

@@ -15,8 +15,9 @@ from .. import _core
 from ..base.arguments import named_options
 from ..base.atomic import as_path, content, replacing
 from ..base.units import scalar
-from ..errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
+from ..model.force import Force
 from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
@@ -167,8 +168,14 @@ class Simulation:
         return self._drift("angular_momentum_drift")
 
     def _drift(self, name: str) -> float:
-        start, now = self._core.start, np.array(self._core.invariants)
-        return float(conserved.drift(name, np.array(start), now[np.newaxis, 1:5], now[np.newaxis, 5:])[0])
+        now, books = np.array(self._core.invariants)[np.newaxis], np.array(self._core.books).reshape(1, -1, 7)
+        record = {
+            "energy": now[:, 1:5],
+            "angular_momentum": now[:, 5:],
+            "work": books[..., 0],
+            "angular_impulse": books[..., 4:],
+        }
+        return float(conserved.drift(name, np.array(self._core.start), record)[0])
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
@@ -192,6 +199,8 @@ class Simulation:
                 core.step(float(np.clip(end, -1e300, 1e300)))
         except BodiesOverlap as error:
             raise self._system._explained(error, None) from None
+        except ForceFailed as error:
+            raise self._system._caused(error) from error.__cause__
 
     def integrate(
         self,
@@ -237,8 +246,8 @@ class Simulation:
         with Bar(progress) as report, self._run() as core:
             record, error = core.integrate(end, spacing, times, conditions, bool(dense), report, keep)
         counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
-        parts = ("start", "events", "dense", "stop_reason")
-        start, happened, solution, (reason, _) = (record.pop(name) for name in parts)
+        parts = ("start", "events", "dense", "stop_reason", "switched_off")
+        start, happened, solution, (reason, _), switched_off = (record.pop(name) for name in parts)
         run = Run(self._system, record, counts, self._integrator)
         run._start = None if start is None else np.array(start)
         run.events = [
@@ -247,6 +256,8 @@ class Simulation:
         ]
         run.dense = None if solution is None else Dense(self._system, solution)
         run.stop_reason = reason
+        off = zip(self._system.forces, switched_off, strict=True)
+        run.switched_off = {force.name: times for force, times in off if times is not None}
         if autosave is not None:
             try:
                 self.save(path)
@@ -255,6 +266,7 @@ class Simulation:
                 error = unwritten if error is None else error
         if error is None:
             return run
+        error = self._system._caused(error)
         if isinstance(error, KeyboardInterrupt):
             interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
             # Also where Ctrl-C came within a function of the caller's.
@@ -292,12 +304,14 @@ class Simulation:
         _write(as_path(path), self._core.to_bytes())
 
     @classmethod
-    def load(cls, path: Any) -> Simulation:
+    def load(cls, path: Any, forces: Iterable[Force] = ()) -> Simulation:
         """Read what :meth:`save` wrote.
 
         Parameters
         ----------
         path : str or Path
+        forces : iterable of Force
+            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no functions.
 
         Returns
         -------
@@ -313,32 +327,38 @@ class Simulation:
         """
         path = as_path(path)
         try:
-            return cls._from_bytes(content(path))
+            return cls._from_bytes(content(path), tuple(forces))
         except InvalidInput as error:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
     @classmethod
-    def _from_bytes(cls, data: bytes) -> Simulation:
-        core = _core.Simulation.from_bytes(data)
+    def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
+        setup, text = _core.Simulation.described(data)
+        wanted = {force["name"] for force in setup["forces"] if force["kind"] == "Function"}
+        given = {force.name: force for force in forces}
+        if wanted != given.keys():
+            raise InvalidInput(
+                f"forces is {sorted(given)}; expected the functions {sorted(wanted)}, which the file cannot keep"
+            )
         try:
-            notes = json.loads(core.notes) if core.notes else {}
-            setup = core.setup
-            system, integrator = System._of_core(setup, notes), rebuild(setup["integrator"])
+            notes = json.loads(text) if text else {}
+            system, integrator = System._of_core(setup, notes, given), rebuild(setup["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Of whatever kind: the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error
+        core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system._calls.items()})
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core
         return sim
 
     def __deepcopy__(self, memo: Any) -> Simulation:
-        return Simulation._from_bytes(self._core.to_bytes())
+        return Simulation._from_bytes(self._core.to_bytes(), self._system._functions())
 
     def __copy__(self) -> Simulation:
         return copy.deepcopy(self)
 
     def __reduce__(self) -> Any:
-        return (Simulation._from_bytes, (self._core.to_bytes(),))
+        return (Simulation._from_bytes, (self._core.to_bytes(), self._system._functions()))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Simulation):

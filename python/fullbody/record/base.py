@@ -52,6 +52,9 @@ class BaseRun(Tabled):
         error); ``"unknown"`` in a run from a file that does not tell.
     dense : Dense or None
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
+    switched_off : dict of int
+        How often forces that act at times only were switched off in the run, by their names:
+        :class:`fullbody.forces.Byorp` while the secondary is not locked.
     """
 
     system: BaseSystem
@@ -71,6 +74,7 @@ class BaseRun(Tabled):
         self.events: list[Occurrence] = []
         self.stop_reason = "end"
         self.dense: Dense | None = None
+        self.switched_off: dict[str, int] = {}
         self._record = record
         self._protect()
 
@@ -175,7 +179,7 @@ class BaseRun(Tabled):
             record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
             run = type(self)(self.system, record, self.statistics, self.integrator)
             run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
-            run._start = self._start
+            run._start, run.switched_off = self._start, self.switched_off
             return run
         r = self._record
         core = _core.State(
@@ -197,6 +201,7 @@ class BaseRun(Tabled):
         alike = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
         alike = alike and same(self._start, other._start)
         how = self.stop_reason == other.stop_reason and self.events == other.events
+        how = how and self.switched_off == other.switched_off
         return alike and how and self.system == other.system and self.statistics == other.statistics
 
     __hash__ = None  # type: ignore[assignment]
@@ -217,6 +222,7 @@ class BaseRun(Tabled):
         kinds = Counter(type(happened.event).__name__ for happened in self.events)
         if kinds:
             rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
+        rows += [(f"{name} switched off", f"{times} times") for name, times in self.switched_off.items()]
         if self.stop_reason in _STOPPED:
             rows.append(("stopped", _STOPPED[self.stop_reason]))
         drifts = {
@@ -312,6 +318,39 @@ class BaseRun(Tabled):
         return self._get("angular_momentum", "angular momentum")
 
     @property
+    def work(self) -> dict[str, Array]:
+        """What each force from outside has added to the energy since the start of the run (K,), by its name.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> run = system.with_forces([tide]).integrate(state, 20.0)
+        >>> list(run.work)
+        ['tide on Alpha']
+        >>> bool(abs(run.energy_drift).max() < 1e-14)
+        True
+        """
+        return self._book("work", "energy")
+
+    @property
+    def impulse(self) -> dict[str, Array]:
+        """What each force from outside has added to the momentum since the start of the run (K, 3), by its name."""
+        return self._book("impulse", "momentum")
+
+    @property
+    def angular_impulse(self) -> dict[str, Array]:
+        """What each force from outside has added to the angular momentum since the start (K, 3), by its name."""
+        return self._book("angular_impulse", "angular momentum")
+
+    def _book(self, name: str, dimension: str) -> dict[str, Array]:
+        forces = self.system.forces
+        return {
+            force.name: self.system._units.attach(self._record[name][:, k], dimension) for k, force in enumerate(forces)
+        }
+
+    @property
     def start(self) -> Invariants | None:
         """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
 
@@ -323,6 +362,7 @@ class BaseRun(Tabled):
     def energy_drift(self) -> npt.NDArray[np.float64]:
         """Change of the total energy since the start of the run, relative to it (K,); absolute where it is zero.
 
+        The work of forces from outside is taken off: what is left is the error of the integration.
         Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
         """
         return self._told("energy_drift")
@@ -340,6 +380,7 @@ class BaseRun(Tabled):
     def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
         """Length of the change of the angular momentum since the start, relative to its length (K,).
 
+        The angular impulse of forces from outside is taken off.
         Absolute where that is zero. Where ``start`` is ``None``, it is the change since the first sample, with a
         ``UserWarning``.
         """
@@ -355,8 +396,7 @@ class BaseRun(Tabled):
         return self._drift(name)
 
     def _drift(self, name: str) -> npt.NDArray[np.float64]:
-        record = self._record
-        return conserved.drift(name, self._reference(), record["energy"], record["angular_momentum"])
+        return conserved.drift(name, self._reference(), self._record)
 
     def _relative_to(self, name: str) -> float:
         """What a drift is relative to; zero where there is nothing, and in a run without samples."""

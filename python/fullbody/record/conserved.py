@@ -6,6 +6,7 @@ angular momentum.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,10 +37,18 @@ def size(name: str, start: _Array) -> float:
     return float(abs(total if name == "energy_drift" else translational + potential))
 
 
-def drift(name: str, start: _Array, energy: _Array, angular_momentum: _Array) -> _Array:
-    """The drift (K,) of energies (K, 4) or angular momenta (K, 3) since the start; absolute where its size is zero."""
+def drift(name: str, start: _Array, record: Mapping[str, _Array]) -> _Array:
+    """The drift (K,) of the energies (K, 4) or angular momenta (K, 3) of a record since the start; absolute where its size is zero.
+
+    It is what is left after the work or the angular impulse of forces from outside, where the record has them.
+    """
     if name == "angular_momentum_drift":
-        change = np.linalg.norm(angular_momentum - start[5:], axis=1)
+        change = record["angular_momentum"] - start[5:]
+        if "angular_impulse" in record:
+            change = change - record["angular_impulse"].sum(axis=1)
+        change = np.linalg.norm(change, axis=1)
     else:
-        change = energy[:, 0] - start[1]
+        change = record["energy"][:, 0] - start[1]
+        if "work" in record:
+            change = change - record["work"].sum(axis=1)
     return np.asarray(change / (size(name, start) or 1.0))

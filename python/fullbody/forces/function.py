@@ -1,0 +1,185 @@
+"""A caller's own force: a function of Python, or a compiled one."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from .. import _core
+from ..base.arguments import named_options
+from ..base.units import gathered
+from ..errors import InvalidInput
+from ..model.force import Call, Force, Ground
+from ..model.state import State
+
+if TYPE_CHECKING:
+    from ..base.units import Units
+
+__all__ = ["Function"]
+
+_POINTER = ctypes.POINTER(ctypes.c_double)
+#: time, bodies, position, velocity, attitude, spin, force, torque, data; zero is success.
+SIGNATURE = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[_POINTER] * 4, *[_POINTER] * 2, ctypes.c_void_p
+)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Function(Force):
+    """A force of your own: a function of Python, or a compiled one.
+
+    A function of Python is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens of
+    microseconds: a run takes twenty times as long. It gives the forces (N, 3), inertial, or these and the torques (N, 3), in the
+    body frames.
+
+    A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or a ``ctypes``
+    function pointer with the signature ::
+
+        int f(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
+              const double *spin, double *force, double *torque, void *data)
+
+    in the system's units. Arrays are (bodies, 3), the attitudes (bodies, 4); force and torque come in as zeros. The answer is
+    zero, or the run ends. The data are those of the LowLevelCallable, and may be used from another thread.
+
+    Parameters
+    ----------
+    function : callable, numba cfunc, LowLevelCallable or ctypes function
+    depends_on_velocity : bool
+        ``False`` says that it depends on the time, the positions and the attitudes alone: the integrators of fixed steps then
+        take it.
+    name : str, optional
+        The function's own unless given.
+
+    Raises
+    ------
+    ForceFailed
+        In a run, where the function raises, gives nan or answers another number than zero; the run so far is in its
+        ``.run``, and what the function raised is its cause.
+
+    Notes
+    -----
+    A smooth function: at a jump the step control takes many short steps. Only values count; nothing that a function keeps
+    from call to call may decide them, for steps are tried and taken back.
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> system, state = fullbody.systems.case1()
+    >>> def drag(time, state):
+    ...     return -1e-4 * state.velocity
+    >>> run = system.with_forces([fullbody.forces.Function(drag)]).integrate(state, 10.0)
+    >>> bool(run.work["drag"][-1] < 0.0)
+    True
+    """
+
+    function: Any
+    depends_on_velocity: bool = field(default=True, kw_only=True)  # type: ignore[misc]
+
+    conserves_energy: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.depends_on_velocity, bool | np.bool_):
+            raise InvalidInput(f"depends_on_velocity is {self.depends_on_velocity!r}; expected True or False")
+        if not callable(self.function) and _compiled(self.function, self.name) is None:
+            raise InvalidInput(
+                f"function of {self.name} is {self.function!r}; expected a function of (time, state), a numba cfunc, a "
+                "scipy.LowLevelCallable or a ctypes function"
+            )
+
+    def _usual_name(self) -> str:
+        called = getattr(self.function, "__name__", None) or getattr(self.function, "name", None)
+        return str(called or "function").strip("<>")
+
+    def _describe(self, ground: Ground) -> dict[str, Any]:
+        return {"kind": "Function", "name": self.name, "depends_on_velocity": bool(self.depends_on_velocity)}
+
+    @classmethod
+    def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
+        name = described["name"]
+
+        def missing(time: Any, state: State) -> Any:
+            raise InvalidInput(f"the function of {name} is not kept in files; expected it to be given again")
+
+        return cls(missing, depends_on_velocity=described["depends_on_velocity"], name=name)
+
+    def _call(self, ground: Ground) -> Call:
+        compiled = _compiled(self.function, self.name)
+        return _from_python(self.function, self.name, ground) if compiled is None else compiled
+
+
+def _compiled(function: Any, name: str) -> Call | None:
+    """The addresses of a compiled function; none of a function of Python."""
+    if isinstance(function, ctypes._CFuncPtr):
+        return Call(ctypes.cast(function, ctypes.c_void_p).value or 0, 0, function)
+    if hasattr(function, "_wrapper_address") and isinstance(getattr(function, "address", None), int):
+        return Call(function.address, 0, function)
+    if type(function).__name__ == "LowLevelCallable":
+        pointer, data = function.function, function.user_data
+        address = pointer.address if hasattr(pointer, "address") else None
+        if isinstance(pointer, ctypes._CFuncPtr):
+            address = ctypes.cast(pointer, ctypes.c_void_p).value
+        if address is None:
+            address = _capsule(function[0], name)
+        if data is None:
+            where = 0
+        elif isinstance(data, ctypes.c_void_p):
+            where = data.value or 0
+        elif isinstance(data, ctypes._Pointer):
+            where = ctypes.cast(data, ctypes.c_void_p).value or 0
+        else:
+            where = _capsule(data, name)
+        return Call(address or 0, where, function)
+    return None
+
+
+def _capsule(capsule: Any, name: str) -> int:
+    """The pointer in a capsule."""
+    api = ctypes.pythonapi
+    api.PyCapsule_GetName.restype, api.PyCapsule_GetName.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    api.PyCapsule_GetPointer.restype = ctypes.c_void_p
+    api.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
+    try:
+        return int(api.PyCapsule_GetPointer(capsule, api.PyCapsule_GetName(capsule)))
+    except (ValueError, TypeError) as error:
+        raise InvalidInput(f"function of {name} has {capsule!r}; expected a capsule with a pointer") from error
+
+
+def _from_python(function: Any, name: str, ground: Ground) -> Call:
+    """A way from the core into a function of Python."""
+    units, bodies = ground.units, len(ground.bodies)
+    shape = (bodies, 3)
+
+    def take(pointer: Any, width: int = 3) -> Any:
+        return np.ctypeslib.as_array(pointer, (bodies, width))
+
+    def loads(value: Any, dimension: str) -> Any:
+        what = f"{dimension} of {name}"
+        array = units.strip(gathered(value, what, dimension), dimension, what)
+        if array.shape != shape:
+            raise InvalidInput(f"{what} has shape {array.shape}; expected {shape}")
+        return array
+
+    def call(
+        time: float, _: int, position: Any, velocity: Any, attitude: Any, spin: Any, force: Any, torque: Any, data: Any
+    ) -> int:
+        try:
+            arrays = (take(position).copy(), take(velocity).copy(), take(attitude, 4).copy(), take(spin).copy())
+            state = State._wrap(_core.State(time, *arrays), units, ground.names)
+            given = function(state.time, state)
+            forces, torques = given if isinstance(given, tuple) else (given, None)
+            take(force)[:] = loads(forces, "force")
+            if torques is not None:
+                take(torque)[:] = loads(torques, "torque")
+        except BaseException as error:
+            made.raised = error
+            return 1
+        return 0
+
+    pointer = SIGNATURE(call)
+    made = Call(ctypes.cast(pointer, ctypes.c_void_p).value or 0, 0, pointer)
+    return made

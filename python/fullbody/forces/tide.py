@@ -1,0 +1,141 @@
+"""Tides that dissipate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+
+from ..base.arguments import named_options, positive
+from ..errors import InvalidInput
+from ..model.force import Force, Ground
+
+if TYPE_CHECKING:
+    from ..base.units import Units
+
+__all__ = ["Tide", "lag_from_quality_factor"]
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Tide(Force):
+    """The tide that one body raises on another, with a constant time lag, for any orbit and any spin.
+
+    It acts on both bodies and turns the deformed one. Only what the lag adds is computed: the figure is rigid, and the bulges
+    of the tide and of the rotation belong to it.
+
+    Parameters
+    ----------
+    on : int or str
+        The body that is deformed, by place or name.
+    by : int or str
+        The body that raises the tide.
+    k2 : float
+        Love's number of degree two of the deformed body, from 0 to 1.5.
+    lag : float or Quantity
+        The time by which the bulge follows; :func:`lag_from_quality_factor` has one of a quality factor.
+    radius : float or Quantity, optional
+        Of the deformed body; that of the sphere of its volume unless given.
+    name : str, optional
+        ``tide on`` the body unless given.
+
+    Notes
+    -----
+    Mignard (1979), Hut (1981): with r from the deformed body to the raiser of mass m, v its rate and omega the deformed body's spin,
+    the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x omega + v)], its opposite acts on the deformed
+    body, and the torque on that is -r x F.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+    >>> run = system.with_forces([tide]).integrate(state, 20.0)
+    >>> bool(run.work["tide on Alpha"][-1] < 0.0)
+    True
+    """
+
+    on: int | str
+    by: int | str
+    k2: float
+    lag: Any
+    radius: Any = None
+
+    def _usual_name(self) -> str:
+        return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"
+
+    def _describe(self, ground: Ground) -> dict[str, Any]:
+        units, name = ground.units, self.name
+        on, by = self._place(ground, "on"), self._place(ground, "by")
+        if self.radius is None:
+            volume = ground.body(on).volume
+            if volume == 0.0:
+                raise InvalidInput(f"radius of {name} is not given, and {ground.names[on]} is a point; expected a radius")
+            radius = float(np.cbrt(0.75 * volume / np.pi))
+        else:
+            radius = units.number(self.radius, "length", f"radius of {name}")
+        return {
+            "kind": "Tide",
+            "name": name,
+            "on": ground.names[on],
+            "by": ground.names[by],
+            "k2": units.number(self.k2, "angle", f"k2 of {name}"),
+            "lag": units.number(self.lag, "time", f"lag of {name}"),
+            "radius": radius,
+        }
+
+    @classmethod
+    def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
+        given = {key: described[key] for key in ("name", "on", "by", "k2")}
+        lag, radius = units.attach(described["lag"], "time"), units.attach(described["radius"], "length")
+        return cls(**given, lag=lag, radius=radius)
+
+
+def lag_from_quality_factor(
+    Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
+) -> Any:
+    """The time lag that dissipates as a quality factor does at one frequency.
+
+    A constant quality factor holds at one frequency alone; it changes its sign where the spin passes the mean motion, which a
+    lag does not.
+
+    Parameters
+    ----------
+    Q : float
+        The quality factor.
+    mean_motion : float or Quantity
+        n of the orbit, angle by time.
+    tide : {"eccentricity", "libration", "semidiurnal"}
+        Of which tide the factor is. On a synchronous body eccentricity and libration raise one of frequency n:
+        1/Q = n lag. A body that turns at another rate omega has the semidiurnal one: 1/Q = 2 abs(omega - n) lag.
+    spin : float or Quantity, optional
+        omega, for ``"semidiurnal"``.
+
+    Returns
+    -------
+    float or Quantity
+
+    Examples
+    --------
+    >>> from fullbody.forces import lag_from_quality_factor
+    >>> lag_from_quality_factor(100.0, mean_motion=0.5, tide="semidiurnal", spin=2.5)
+    0.0025
+    """
+    positive(Q, "", "Q")
+    positive(mean_motion, "rad / s", "mean_motion")
+    if tide not in ("eccentricity", "libration", "semidiurnal"):
+        raise InvalidInput(f"tide is {tide!r}; expected 'eccentricity', 'libration' or 'semidiurnal'")
+    frequency = mean_motion
+    if tide == "semidiurnal":
+        if spin is None:
+            raise InvalidInput("spin is not given; expected that of the deformed body, for the semidiurnal tide")
+        frequency = 2.0 * abs(spin - mean_motion)
+    elif spin is not None:
+        raise InvalidInput(f"spin is {spin!r}; expected none for the tide of {tide}, which has the orbit's frequency")
+    lag = 1.0 / (Q * positive(frequency, "rad / s", "2 |spin - mean_motion|"))
+    if not hasattr(lag, "unit"):
+        return lag
+    from astropy import units as u
+
+    return lag.to(1.0 / (mean_motion.unit / u.rad), equivalencies=u.dimensionless_angles())

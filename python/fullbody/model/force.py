@@ -1,0 +1,91 @@
+"""What every force from outside is to a system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from ..base.arguments import name_of, place
+from ..base.values import Alike
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..base.units import Units
+    from .bodies import Body
+
+__all__ = ["Call", "Force", "Ground"]
+
+#: The kinds of forces by their names.
+KINDS: dict[str, type[Force]] = {}
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a force is told of the system that it acts in."""
+
+    units: Units
+    G: float
+    bodies: tuple[Body, ...]
+    names: tuple[str, ...]
+
+    def body(self, index: int) -> Any:
+        """The body as the core has it: mass, volume and inertia in the system's units."""
+        return self.bodies[index]._core(self.units, index)
+
+
+class Call:
+    """A function in C: its address and that of its data, and what keeps both. What a function of Python raised stays here."""
+
+    def __init__(self, address: int, data: int, keep: Any) -> None:
+        self.address, self.data, self.keep = address, data, keep
+        self.raised: BaseException | None = None
+
+    def given(self) -> tuple[int, int, Any]:
+        """What the core takes."""
+        return (self.address, self.data, self.keep)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Force(Alike):
+    """Base of all forces.
+
+    Attributes
+    ----------
+    name : str
+        The force's own among those of a system; by it ``run.work`` and errors name the force.
+    depends_on_velocity : bool
+        Whether it depends on velocities or spins. The integrators of fixed steps refuse such forces.
+    conserves_energy : bool
+        Whether the energy of the bodies alone stays what it is.
+    """
+
+    name: str = ""
+
+    depends_on_velocity: ClassVar[bool] = True
+    conserves_energy: ClassVar[bool] = False
+
+    def __init_subclass__(cls) -> None:
+        KINDS[cls.__name__] = cls
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
+
+    def _usual_name(self) -> str:
+        """The name where none is given."""
+        return type(self).__name__
+
+    def _place(self, ground: Ground, role: str) -> int:
+        return place(getattr(self, role), ground.names, f"{role} of {self.name}")
+
+    def _describe(self, ground: Ground) -> dict[str, Any]:
+        """The force in numbers of a system's units, as the core takes it."""
+        raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
+
+    @classmethod
+    def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
+        """The force of such a description."""
+        raise NotImplementedError
+
+    def _call(self, ground: Ground) -> Call | None:
+        """The function that the core calls, of a force that is one."""
+        return None
