@@ -129,7 +129,8 @@ impl Dynamics {
     /// Refuses a run for which the forces from outside do not hold, from a vector at a time to another time.
     pub fn check_outside(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
         if self.layout.forces > 0 {
-            self.frame.show(time, y, &mut self.outside.scene);
+            self.turn(y);
+            self.show(time, y);
             self.outside.check(time, until)?;
         }
         Ok(())
@@ -149,7 +150,7 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 {
-            self.frame.show(time, y, &mut self.outside.scene);
+            self.show(time, y);
             self.outside.switch();
         }
         let mut work = PAIR + self.outside.work();
@@ -228,7 +229,7 @@ impl Dynamics {
 
     /// Adds what comes from outside: to the bodies' motion about the barycentre, and to that of the barycentre.
     fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Refusal> {
-        self.frame.show(time, y, &mut self.outside.scene);
+        self.show(time, y);
         self.outside.load()?;
         let bodies = &self.system.bodies;
         let (mut total, mut mass) = (Vec3::zeros(), 0.0);
@@ -400,6 +401,12 @@ impl Dynamics {
                 low[c] = carry;
             }
         }
+    }
+
+    /// Shows a vector whose rotations are known to the forces from outside.
+    fn show(&mut self, time: f64, y: &[f64]) {
+        let attitudes = self.outside.wants_attitudes();
+        self.frame.show(time, y, &self.rotations, attitudes, &mut self.outside.scene);
     }
 
     fn turn(&mut self, y: &[f64]) {

@@ -16,7 +16,7 @@
 use super::State;
 use crate::environment::{BOOK, Scene};
 use crate::math::compensated::{Compensated, sum, two_sum};
-use crate::math::{Vec3, rotation};
+use crate::math::{Mat3, Vec3, rotation};
 use crate::names::Named;
 
 /// How attitudes are integrated.
@@ -178,15 +178,17 @@ impl BarycentricFrame {
         }
     }
 
-    /// Shows the bodies of a vector at a time to forces from outside.
-    pub fn show(&self, time: f64, y: &[f64], scene: &mut Scene) {
+    /// Shows the bodies of a vector at a time to forces from outside; attitudes as quaternions only where they are wanted.
+    pub fn show(&self, time: f64, y: &[f64], rotations: &[Mat3], attitudes: bool, scene: &mut Scene) {
         let (departed, departing) = self.departure(y);
         for body in 0..self.layout.bodies {
             scene.position[body] = departed + vector(y, self.layout.position(body));
             scene.velocity[body] = departing + vector(y, self.layout.velocity(body));
-            scene.attitude[body] = self.attitude(body, y);
-            scene.rotation[body] = rotation::matrix(scene.attitude[body]);
+            scene.rotation[body] = rotations[body];
             scene.spin[body] = vector(y, self.layout.spin(body));
+            if attitudes {
+                scene.attitude[body] = self.attitude(body, y);
+            }
         }
         scene.time = time;
         scene.origin = self.nominal_at(time);

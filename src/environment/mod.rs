@@ -70,9 +70,9 @@ pub struct Scene {
     pub position: Vec<Vec3>,
     /// Their velocities relative to it.
     pub velocity: Vec<Vec3>,
-    /// Attitudes.
+    /// Attitudes; kept up only where [`Environment::wants_attitudes`].
     pub attitude: Vec<[f64; 4]>,
-    /// The same as matrices from body frames to inertial axes.
+    /// Rotation matrices from body frames to inertial axes.
     pub rotation: Vec<Mat3>,
     /// Spins, body frames.
     pub spin: Vec<Vec3>,
@@ -179,6 +179,11 @@ impl Environment {
     /// What every force does at the scene, by its place in the list.
     pub fn loads(&self) -> &[Loads] {
         &self.loads
+    }
+
+    /// Whether a force needs the attitudes as quaternions.
+    pub fn wants_attitudes(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.law, Law::Function(_)))
     }
 
     /// Units of work of an evaluation, for [`crate::patience::Patience`].

@@ -14,7 +14,7 @@ use crate::error::{Error, Refusal, Result, require_positive};
 use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::spline::Spline;
-use crate::orbit::{KeplerElements, OrbitPath};
+use crate::orbit::{KeplerElements, OrbitCells, OrbitPath};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -70,8 +70,10 @@ impl ThirdBody {
             Path::Orbit { elements, time } => {
                 crate::error::require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
                 let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
+                let orbit = orbit.map_err(|error| error.of(&self.name))?;
                 Motion::Orbit {
-                    orbit: orbit.map_err(|error| error.of(&self.name))?,
+                    orbit,
+                    cells: Box::new(OrbitCells::new(orbit)),
                     time: *time,
                     periapsis: elements.periapsis_distance(),
                 }
@@ -94,7 +96,7 @@ impl ThirdBody {
 
 #[derive(Debug, Clone)]
 enum Motion {
-    Orbit { orbit: OrbitPath, time: f64, periapsis: f64 },
+    Orbit { orbit: OrbitPath, cells: Box<OrbitCells>, time: f64, periapsis: f64 },
     Table(Spline<3>),
 }
 
@@ -121,6 +123,15 @@ impl Pull {
             }
         };
         Ok((position * self.sign, velocity * self.sign))
+    }
+
+    /// The position alone, quickly.
+    fn position(&mut self, time: f64) -> Result<Vec3> {
+        let position = match &mut self.motion {
+            Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch)?,
+            Motion::Table(spline) => Vec3::from(spline.at(time).0),
+        };
+        Ok(position * self.sign)
     }
 
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
@@ -152,7 +163,7 @@ impl Pull {
     }
 
     pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> std::result::Result<(), Refusal> {
-        let (p, _) = self.place(scene.time).map_err(Refusal::failed)?;
+        let p = self.position(scene.time).map_err(Refusal::failed)?;
         let square = p.norm_squared();
         for (body, r) in scene.position.iter().enumerate() {
             let q = r.dot(&(r - 2.0 * p)) / square;
