@@ -301,16 +301,20 @@ impl Dynamics {
             let d = layout.departure();
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
-            let scene = &self.outside.scene;
-            for force in 0..layout.forces {
-                let book = &mut rate[layout.book(force)..][..BOOK];
-                self.outside.book(force, &scene.velocity, &scene.spin, book);
-            }
         }
-        if rate.iter().all(|r| r.is_finite()) {
+        if rate[..layout.dependent()].iter().all(|r| r.is_finite()) {
             Ok(())
         } else {
             Err(Refusal::Shorter("a rate of change is not finite"))
+        }
+    }
+
+    /// The rates of the books at the vector of the last evaluation.
+    pub fn quadratures(&self, rate: &mut [f64]) {
+        let scene = &self.outside.scene;
+        for force in 0..self.layout.forces {
+            let book = &mut rate[self.layout.book(force)..][..BOOK];
+            self.outside.book(force, &scene.velocity, &scene.spin, book);
         }
     }
 

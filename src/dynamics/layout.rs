@@ -59,13 +59,19 @@ pub struct Layout {
 impl Layout {
     /// Length of the vector.
     pub fn dimension(self) -> usize {
-        self.departure() + if self.forces > 0 { 6 + BOOK * self.forces } else { 0 }
+        self.dependent() + BOOK * self.forces
     }
 
     /// Index of the first of the six numbers of the barycentre's departure: the number of all that the bodies have.
     #[inline]
     pub fn departure(self) -> usize {
         (9 + self.chart.width()) * self.bodies
+    }
+
+    /// Number of numbers that the rates of change depend on: all but the books.
+    #[inline]
+    pub fn dependent(self) -> usize {
+        self.departure() + if self.forces > 0 { 6 } else { 0 }
     }
 
     /// The books of all forces.
@@ -76,7 +82,7 @@ impl Layout {
     /// Index of the first number in the books of a force.
     #[inline]
     pub fn book(self, force: usize) -> usize {
-        self.departure() + 6 + BOOK * force
+        self.dependent() + BOOK * force
     }
 
     /// Index of the first position component of a body.

@@ -19,6 +19,7 @@ pub use third_body::{Path, ThirdBody, WhoseOrbit};
 pub use tide::Tide;
 
 use crate::error::{Error, Refusal, Result};
+use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -103,7 +104,7 @@ impl Scene {
 
     /// Angular velocity of a body, inertial axes.
     fn inertial_spin(&self, body: usize) -> Vec3 {
-        self.rotation[body] * self.spin[body]
+        turned(&self.rotation[body], &self.spin[body])
     }
 }
 
@@ -263,7 +264,7 @@ impl Environment {
             let (f, m) = (&loads.force[body], &loads.torque[body]);
             power += f.dot(&(scene.origin_velocity + velocity[body])) + m.dot(&spin[body]);
             total += f;
-            moment += scene.position[body].cross(f) + scene.rotation[body] * m;
+            moment += scene.position[body].cross(f) + turned(&scene.rotation[body], m);
         }
         moment += scene.origin.cross(&total);
         out[0] = power;

@@ -7,6 +7,7 @@
 use super::{Loads, Scene, Switch, place, two_places};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
+use crate::math::rotation::turned_back;
 use crate::math::spline::Spline;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -93,7 +94,7 @@ impl Turning {
         // From the pole to the spin, across the spin: there is no such direction where they are parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        loads.torque[self.on] = scene.rotation[self.on].transpose() * torque;
+        loads.torque[self.on] = turned_back(&scene.rotation[self.on], &torque);
     }
 }
 

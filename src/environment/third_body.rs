@@ -13,6 +13,7 @@ use super::{Loads, Scene};
 use crate::error::{Error, Refusal, Result, require_positive};
 use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
+use crate::math::rotation::{turned, turned_back};
 use crate::math::spline::Spline;
 use crate::orbit::{KeplerElements, OrbitCells, OrbitPath};
 use crate::shape::Body;
@@ -173,14 +174,14 @@ impl Pull {
             let mut force = (r + f * p) * (-self.mu / (distance * distance * distance));
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
-                let Some((excess, moment)) = extended.at(&(turn.transpose() * -d)) else {
+                let Some((excess, moment)) = extended.at(&turned_back(turn, &-d)) else {
                     return Err(Refusal::failed(Error::ForceFailed {
                         force: name.to_owned(),
                         time: scene.time,
                         detail: format!("it comes inside {}", self.names[body]),
                     }));
                 };
-                force -= turn * (excess * self.mu);
+                force -= turned(turn, &excess) * self.mu;
                 loads.torque[body] = -moment * (self.mu * self.masses[body]);
             }
             loads.force[body] = force * self.masses[body];

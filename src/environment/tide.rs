@@ -11,6 +11,7 @@
 use super::{Loads, Scene, two_places};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
+use crate::math::rotation::turned_back;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +71,6 @@ impl Lagging {
         let force = bracket * -strength;
         loads.force[self.by] += force;
         loads.force[self.on] -= force;
-        loads.torque[self.on] = scene.rotation[self.on].transpose() * -r.cross(&force);
+        loads.torque[self.on] = turned_back(&scene.rotation[self.on], &-r.cross(&force));
     }
 }

@@ -3,6 +3,7 @@
 use super::{FarCut, FarSeries, FieldKernel, Near};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
+use crate::math::rotation::{turned, turned_back};
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Scalar;
 
@@ -29,7 +30,7 @@ impl ExtendedPull {
     /// At a point `x` of the body frame, per unit GM: g + x / |x|^3, and x cross g. `None` inside the body.
     pub fn at(&mut self, x: &Vec3) -> Option<(Vec3, Vec3)> {
         let canonical = self.ellipsoid.canonical();
-        let x = canonical * x;
+        let x = turned(&canonical, x);
         let [a, b, c] = self.ellipsoid.sorted();
         let square = x.norm_squared();
         if square < a * a && (x.x / a).powi(2) + (x.y / b).powi(2) + (x.z / c).powi(2) < 1.0 {
@@ -43,8 +44,8 @@ impl ExtendedPull {
         let excess = field.rd.map(|rd| rd.first() - point);
         let [first, second, third] = field.rd_difference.map(Lanes::first);
         let moment = -Vec3::new(x.y * x.z * first, x.z * x.x * second, x.x * x.y * third);
-        let back = canonical.transpose();
-        Some((back * -x.component_mul(&Vec3::from(excess)), back * moment))
+        let force = -x.component_mul(&Vec3::from(excess));
+        Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
     }
 
     /// How much of the series a distance needs, where kappa >= `kappa_min`. It depends on the binary exponent alone, so that

@@ -53,6 +53,14 @@ impl Equations for Motion {
         self.equations.derivative(part, time, y, rate)
     }
 
+    fn dependent(&self, _dimension: usize) -> usize {
+        self.equations.layout().dependent()
+    }
+
+    fn quadratures(&mut self, rate: &mut [f64]) {
+        self.equations.quadratures(rate);
+    }
+
     /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths
     /// of vectors they are the same in every frame. The books of forces follow from the motion and are not measured.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64 {
