@@ -155,7 +155,7 @@ def doubt_radians(value: Any, what: str) -> None:
         )
 
 
-def pole(value: Any, what: str) -> tuple[float, float]:
+def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
     """The longitude and latitude of a direction, radians."""
     expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
     try:

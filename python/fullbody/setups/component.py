@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import frames
 from ..base import rotations
-from ..base.arguments import doubt_radians, named_options, pole, positive
+from ..base.arguments import doubt_radians, longitude_latitude, named_options, positive
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import Record, same
@@ -85,7 +85,7 @@ class Component(Record, Tabled):
         doubt_radians(self.tilt, f"tilt of {called}")
         doubt_radians(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
-            pole(self.pole, f"pole of {called}")
+            longitude_latitude(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
             raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
         for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):

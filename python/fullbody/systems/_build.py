@@ -10,7 +10,8 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL as UNITS
 from ..base.units import Units
 from ..errors import InvalidInput
-from ..setups.pair import Component, binary
+from ..setups.binary import binary
+from ..setups.component import Component
 from ._published import Published
 
 if TYPE_CHECKING:

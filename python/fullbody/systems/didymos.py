@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
-from ..setups.pair import Component
+from ..setups.component import Component
 from ._build import Frame, Wanted, pair
 from ._published import Published, Value, documented
 

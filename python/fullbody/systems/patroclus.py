@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
+from ..setups.component import Component
 from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
 

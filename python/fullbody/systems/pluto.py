@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
+from ..setups.component import Component
 from ._build import Frame, G, Wanted, pair
 from ._published import Published, Value, documented
 

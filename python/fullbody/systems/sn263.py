@@ -12,7 +12,7 @@ from ..base.units import Units, numbers
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..orbit.elements import KeplerElements
-from ..setups.pair import Component
+from ..setups.component import Component
 from ._build import Frame, G, Wanted, base_units, check_frame, in_frame, in_units, settled
 from ._published import Published, Value, documented
 
