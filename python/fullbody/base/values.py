@@ -70,7 +70,7 @@ def hashed(value: Any) -> int:
     return hash(value.item() if isinstance(value, np.ndarray) else value)
 
 
-class Alike:
+class ScalarFields:
     """Base of dataclasses (``eq=False``) of scalars with or without units: equal ones have equal hashes."""
 
     __slots__ = ()
@@ -85,7 +85,7 @@ class Alike:
         return hash((type(self), *map(hashed, self._parts())))
 
 
-class Record:
+class ArrayFields:
     """Base of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
 
     __slots__ = ()

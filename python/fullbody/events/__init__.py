@@ -20,7 +20,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import directions, integer, named_options, place
 from ..base.units import gathered, numbers, scalar
-from ..base.values import Alike
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Scalar
@@ -44,7 +44,7 @@ __all__ = [
 
 @named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Event(Alike):
+class Event(ScalarFields):
     """Base of all events.
 
     Parameters

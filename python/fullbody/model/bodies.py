@@ -13,7 +13,7 @@ from .. import _core
 from ..base.arguments import name_of, named_options, positive, refuse_mixture
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
-from ..base.values import Alike, hashed, same
+from ..base.values import ScalarFields, hashed, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
 
@@ -24,7 +24,7 @@ _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Ellipsoid(Alike):
+class Ellipsoid(ScalarFields):
     """A homogeneous ellipsoid.
 
     Parameters
@@ -72,7 +72,7 @@ class Ellipsoid(Alike):
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Sphere(Alike):
+class Sphere(ScalarFields):
     """A homogeneous sphere.
 
     Parameters

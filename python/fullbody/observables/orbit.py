@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements
 from ..typing import Array, Scalar
@@ -31,7 +31,7 @@ _AGREE, _TURNED = 0.02, 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ElementRates(Record):
+class ElementRates(ArrayFields):
     """Osculating elements and how fast they change.
 
     Attributes
@@ -52,7 +52,7 @@ class ElementRates(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MutualPeriod(Record):
+class MutualPeriod(ArrayFields):
     """Revolutions of one body about another.
 
     Attributes
@@ -77,7 +77,7 @@ class MutualPeriod(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Precession(Record):
+class Precession(ArrayFields):
     """Slow turns of an orbit.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ._follow import Path
 from ._view import WINDOWED, View
 from .orbit import motions, passages
@@ -26,7 +26,7 @@ _STEPS = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitShape(Record):
+class OrbitShape(ArrayFields):
     """Least and greatest distances of each revolution, and the ellipse that has them.
 
     Attributes
@@ -49,7 +49,7 @@ class OrbitShape(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Eccentricity(Record):
+class Eccentricity(ArrayFields):
     """The eccentricity of an orbit in its parts.
 
     Attributes

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import integer, named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.bodies import PointMass
 from ..typing import Array, Scalar
@@ -25,7 +25,7 @@ _Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Libration(Record):
+class Libration(ArrayFields):
     """Swings of a body's longest axis about the line to another.
 
     Attributes

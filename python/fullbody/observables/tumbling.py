@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..base.arguments import named_options
 from ..base.units import Units
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from . import _signal as signal
 from ._view import View
@@ -30,7 +30,7 @@ _AROUND = 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tumbling(Record):
+class Tumbling(ArrayFields):
     """When a body first turned further than a limit from where it belongs.
 
     Attributes

@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..typing import Array
 
 __all__ = ["Track"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Track(Record):
+class Track(ArrayFields):
     """One body along a run of K samples: ``run["Beta"]``. A body without a name is ``"body 1"``, by its place.
 
     Arrays are read-only; Quantities where the system has units.

@@ -13,7 +13,7 @@ from ..base import rotations
 from ..base.arguments import doubt_radians, longitude_latitude, named_options, positive
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
-from ..base.values import Record, same
+from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from ..model.bodies import Ellipsoid
 
@@ -22,7 +22,7 @@ __all__ = ["Component"]
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Component(Record, Tabled):
+class Component(ArrayFields, Tabled):
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters

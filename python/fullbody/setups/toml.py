@@ -49,7 +49,7 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..base.atomic import as_path, check_suffix, content
 from ..base.units import Units
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES
 from ..model.bodies import Body, Ellipsoid, PointMass, Sphere
@@ -77,7 +77,7 @@ _Array = npt.NDArray[np.float64]
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Setup(Record):
+class Setup(ArrayFields):
     """What a ``system.toml`` asks for.
 
     Attributes
