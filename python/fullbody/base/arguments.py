@@ -20,8 +20,8 @@ from .units import Units, gathered, is_quantity, numbers, refuse_masked, strip_t
 _T = TypeVar("_T")
 
 _TOLERANCE = "integrator=fullbody.Verner98({}=...)"
-#: Words of other programs, and earlier ones of this, with what stands for them here: a name, then perhaps how to give
-#: it. Of several the first counts that the function at hand has.
+#: Names that other programs and earlier versions use, each with those that it may mean here, perhaps with how to give
+#: them. The first one that the function at hand has is suggested.
 _MEANT: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("primary", "i"), ("about", "i")),
     **dict.fromkeys(("secondary", "j"), ("body", "j")),
@@ -58,7 +58,7 @@ _MEANT: dict[str, tuple[str, ...]] = {
 
 
 def integer(value: object) -> int | None:
-    """A whole number of Python or numpy, or ``None``."""
+    """The value as an ``int`` if it is a whole number of Python or numpy, else ``None``."""
     try:
         return None if isinstance(value, bool | np.ma.MaskedArray) else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -89,7 +89,7 @@ def name_of(value: object) -> str | None:
 
 
 def positive(value: Any, unit: str, what: str) -> Any:
-    """A finite number or Quantity above zero, of a unit like this one where it has any."""
+    """A finite number above zero, or a Quantity that is one and converts to this unit."""
     refuse_masked(value, what)
     try:
         value = gathered(value, what)
@@ -139,8 +139,8 @@ def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float
 def doubt_radians(value: Any, what: str) -> None:
     """Warn of angles in plain numbers that look like degrees: two turns to 3600, with six decimals at most.
 
-    Sums and differences of two angles within a turn stay below two. What a program has computed may be beyond them, an
-    integrated rotation or a mean anomaly, but has all its digits.
+    Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
+    an integrated rotation or a mean anomaly, may be larger, but it has all its digits.
     """
     value = gathered(value, what, "angle")
     if is_quantity(value):
@@ -171,19 +171,19 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 
 
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
-    """What a name that is none of the known ones may have meant, and what there is."""
+    """A sentence for a name that is not known: the known one that it may mean, and the list of all."""
     known = list(known)
     close = _meant(name, known) or difflib.get_close_matches(name, known, 1)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
 
 
 def _meant(name: str, known: Iterable[str]) -> list[str]:
-    """What stands for another program's word, or an earlier one of this, and is known."""
+    """The known names that another program's name, or one of an earlier version, may mean."""
     return [right for right in _MEANT.get(name, ()) if re.split(r"\W", right)[0] in known]
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
-    """An error for the first name that is none of the known ones."""
+    """Raise an error for the first name that is not known."""
     known = list(known)
     for name in given:
         if name not in known:
@@ -191,21 +191,23 @@ def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> No
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:
-    """The names of a function's arguments of its own."""
+    """The names of a function's own arguments."""
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     parameters = inspect.signature(function).parameters.items()
     return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]
 
 
 def named_options(target: _T) -> _T:
-    """Have a function, or a class and its public methods, answer unknown keywords with an error that knows better.
+    """Make a function, or a class and its public methods, refuse unknown keywords with an error that suggests known
+    ones.
 
-    In place of Python's TypeError. A function that passes keywords on refuses only those that mean one of its own.
+    The error replaces Python's TypeError. A function that passes keywords on refuses only those that mean an argument
+    of its own.
     """
     if not isinstance(target, type):
         function: Any = target
         return cast(_T, _answering(function, function.__name__))
-    # What is inherited answers in the name of the class that is asked.
+    # Errors of an inherited method name the class that it is called on.
     members = {name: member for base in reversed(target.__mro__[:-1]) for name, member in vars(base).items()}
     for name, method in members.items():
         owner = target.__name__ if name == "__init__" else f"{target.__name__}.{name}"

@@ -68,11 +68,11 @@ class Event(ScalarFields):
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        """The condition as the core has it."""
+        """The condition for the core to watch."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
     def _watched(self, system: BaseSystem) -> tuple[_core.Condition, int, bool]:
-        """What the core is told."""
+        """The condition, the direction and whether the run stops there."""
         return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
 
@@ -227,7 +227,7 @@ class Escape(_OfPair):
     i, j : int or str
     distance : float or Quantity
     direction : {-1, 0, 1}
-        1: the pair comes to be so; -1: it ceases to.
+        1: this becomes true; -1: it ceases to be.
     terminal : bool
     """
 

@@ -230,7 +230,7 @@ class Body(Tabled):
         rows: list[Sequence[str]] = [("shape", type(self.shape).__name__)]
         if self.shape.semi_axes is not None:
             rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
-        # Where only some of a body's numbers have units, what follows from them is known to its system alone.
+        # Where only some of a body's numbers have units, only its system can compute what follows from them.
         for name in ("mass", "density"):
             with contextlib.suppress(InvalidInput):
                 rows += [(name, number(value))] if (value := getattr(self, name)) is not None else []
@@ -251,7 +251,7 @@ class Body(Tabled):
         return (self._shape, self._mass, self._density, self._name)
 
     def _with(self, units: Units) -> Body:
-        """The body as a system with these units has it: its plain numbers in them."""
+        """The body in a system with these units: its plain numbers become Quantities in them."""
         if not units.known:
             return self
 

@@ -32,7 +32,7 @@ from .run import RunVerbs
 
 __all__ = ["Run", "Simulation", "System"]
 
-#: Under a name of its own, since the class has a property of the module's.
+#: A second name, since the class has a property with the module's name.
 _Core: TypeAlias = _core.Simulation
 
 
@@ -251,13 +251,13 @@ class Simulation:
             try:
                 self.save(path)
             except OSError as unwritten:
-                # What ended the run before that is told instead.
+                # An error that ended the run before that is raised instead.
                 error = unwritten if error is None else error
         if error is None:
             return run
         if isinstance(error, KeyboardInterrupt):
             interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
-            # Also where Ctrl-C came within a function of the caller's.
+            # This holds too where Ctrl-C came within a function of the caller's.
             run.stop_reason = "interrupted"
             interrupted.run = run
             raise interrupted from None
@@ -325,7 +325,7 @@ class Simulation:
             setup = core.setup
             system, integrator = System._of_core(setup, notes), rebuild(setup["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
-            # Of whatever kind: the notes may be any JSON.
+            # The errors are of many kinds, since the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core

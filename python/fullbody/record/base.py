@@ -29,7 +29,7 @@ from .track import Track
 __all__ = ["BaseRun"]
 
 
-#: What ended a run before its time.
+#: What ended a run early, in words.
 _STOPPED = {"event": "by the last event", "interrupted": "by an interrupt", "unfinished": "by an error"}
 
 
@@ -225,7 +225,7 @@ class BaseRun(Tabled):
             "angular_momentum_drift": "drift of the angular momentum{}, relative",
         }
         since = "" if start else " since the first sample"
-        # Where there is something to be relative to.
+        # A drift that is relative to nothing is left out.
         rows += [
             (name.format(since), f"{np.abs(self._drift(of)).max():.2e}")
             for of, name in drifts.items()

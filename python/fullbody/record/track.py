@@ -62,6 +62,6 @@ class Track(ArrayFields):
 
 
 def attitudes(quaternions: npt.NDArray[np.float64]) -> _core.State:
-    """Attitudes (K, 4), for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
+    """Attitudes (K, 4) as a state of the core, which turns them into matrices (K, 3, 3) or angles (K, 3)."""
     zeros = np.zeros((len(quaternions), 3))
     return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)

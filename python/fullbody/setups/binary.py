@@ -67,7 +67,7 @@ def binary(
     equal_density : bool
         Split the total mass by volume.
     period, semi_major_axis : float or Quantity, optional
-        Of the mutual orbit; one of the two, or both.
+        Those of the mutual orbit; give one of them, or both.
     eccentricity : float
     elements : {"mean", "osculating"}, optional
         Whether the orbit is one of that mean period in the bodies' actual attraction, or the Kepler orbit of the start;
@@ -84,7 +84,7 @@ def binary(
     libration : float or Quantity
         Turns a synchronous secondary about its z-axis away from that.
     at_rest : {"barycentre", "primary"}
-        What starts at rest at the origin.
+        Whether the barycentre or the primary starts at rest at the origin.
     mismatch_warning, mismatch_error : float
         Relative differences of two values of one quantity above which there is a warning, or an error; infinite for
         none.

@@ -1,4 +1,4 @@
-"""One body of a pair as papers describe it."""
+"""One body of a binary as papers describe it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Component(ArrayFields, Tabled):
         With ``diameter``; one and one for a sphere. The second is b/c, as light curves are modelled with; of published
         a/b and a/c it is the latter by the former: ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
     mass, density : float or Quantity, optional
-        At most one of the two. Without either the mass follows from what is known of the pair.
+        At most one of the two. Without either the mass follows from what is known of the binary.
     rotation_period : float or Quantity, optional
         Of the spin about the body's z-axis; negative for a spin against it, infinite for none. Without it a body that
         is not synchronous starts without rotation too, with a warning.
@@ -98,7 +98,7 @@ class Component(ArrayFields, Tabled):
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     def _tables(self) -> tuple[Table, ...]:
-        """What is given of one body of a pair, and not what it is without that."""
+        """The given parameters of one body, without those that have their default."""
         rows: list[Sequence[str]] = []
         for part in fields(self):
             value = getattr(self, part.name)

@@ -78,7 +78,7 @@ _Array = npt.NDArray[np.float64]
 @named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Setup(ArrayFields):
-    """What a ``system.toml`` asks for.
+    """A system, its start and its run, as a ``system.toml`` describes them.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Setup(ArrayFields):
                 self.state, end, output=self.output, integrator=self.integrator, progress=progress
             )
         except InvalidInput as error:
-            # Whether times fit is known only with the end.
+            # Whether the times fit is known only when the end is.
             if "output" not in str(error):
                 raise
             raise InvalidInput(f"{self.path}: run: {error}") from error

@@ -57,7 +57,7 @@ class Table:
         return value
 
     def choice(self, key: str, choices: tuple[str, ...]) -> str:
-        """One of some texts; the first where nothing is said."""
+        """One of these texts; the first if none is given."""
         value = self.content[key] if key in self else choices[0]
         if value not in choices:
             raise self.fault(key, f"is {value!r}; expected one of {', '.join(map(repr, choices))}")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 G = 6.67430e-11 * 1e-9 * 3600.0**2
 Frame = Literal["ecliptic", "equatorial", "orbit"]
-#: Whether there are to be Quantities, and of which units if not km, hour, kg.
+#: Whether results are Quantities: in km, hour, kg for ``True``, or in three other units.
 Wanted = bool | tuple[object, object, object]
 
 
@@ -32,7 +32,7 @@ def check_frame(frame: str) -> None:
 
 
 def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
-    """The options of the system to be, with its epoch: its own, or the one asked for where it has none."""
+    """The options of the system with its epoch: the published one, or the caller's where none is published."""
     from ..motion.simulation import System
 
     fixed = ("bodies", "G", "units", "frame")
@@ -44,7 +44,7 @@ def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
 
 
 def base_units(units: Wanted) -> tuple[str, str, str] | None:
-    """Those that a system is built in: none, or km, hour, kg; an error for what are no units."""
+    """The units that a system is built in: none, or km, hour, kg. Units that are none raise an error."""
     return UNITS if Units(units).known else None
 
 
@@ -56,7 +56,7 @@ def in_units(system: System, state: State, units: Wanted) -> tuple[System, State
     if not wanted.known or wanted == Units(UNITS):
         return system, state._named(system.names)
     turned = System(system.bodies, system.G, units=wanted.names, **system.options)
-    # Through its description, for the bodies to be in these units too.
+    # It is rebuilt from its description, so that the bodies are in these units too.
     rebuilt = System._rebuild(turned._describe())
     return rebuilt, rebuilt._state(state._in(wanted))
 
