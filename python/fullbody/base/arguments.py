@@ -22,7 +22,7 @@ _T = TypeVar("_T")
 _TOLERANCE = "integrator=fullbody.Verner98({}=...)"
 #: Names that other programs and earlier versions use, each with those that it may mean here, perhaps with how to give
 #: them. The first one that the function at hand has is suggested.
-_MEANT: dict[str, tuple[str, ...]] = {
+_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("primary", "i"), ("about", "i")),
     **dict.fromkeys(("secondary", "j"), ("body", "j")),
     "body": ("i",),
@@ -91,13 +91,14 @@ def name_of(value: object) -> str | None:
 def positive(value: Any, unit: str, what: str) -> Any:
     """A finite number above zero, or a Quantity that is one and converts to this unit."""
     refuse_masked(value, what)
+    expected = "expected a finite number above zero"
     try:
         value = gathered(value, what)
         number = np.asarray(getattr(value, "value", value))
-        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-            raise InvalidInput(f"{what} is {value!r}; expected")
     except ValueError as error:
-        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero") from error
+        raise InvalidInput(f"{what} is {value!r}; {expected}") from error
+    if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
+        raise InvalidInput(f"{what} is {value!r}; {expected}")
     if is_quantity(value):
         from astropy import units as u
 
@@ -173,13 +174,13 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
     """A sentence for a name that is not known: the known one that it may mean, and the list of all."""
     known = list(known)
-    close = _meant(name, known) or difflib.get_close_matches(name, known, 1)
+    close = _synonyms(name, known) or difflib.get_close_matches(name, known, 1)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
 
 
-def _meant(name: str, known: Iterable[str]) -> list[str]:
+def _synonyms(name: str, known: Iterable[str]) -> list[str]:
     """The known names that another program's name, or one of an earlier version, may mean."""
-    return [right for right in _MEANT.get(name, ()) if re.split(r"\W", right)[0] in known]
+    return [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
@@ -206,7 +207,7 @@ def named_options(target: _T) -> _T:
     """
     if not isinstance(target, type):
         function: Any = target
-        return cast(_T, _answering(function, function.__name__))
+        return cast(_T, _suggesting(function, function.__name__))
     # Errors of an inherited method name the class that it is called on.
     members = {name: member for base in reversed(target.__mro__[:-1]) for name, member in vars(base).items()}
     for name, method in members.items():
@@ -214,20 +215,20 @@ def named_options(target: _T) -> _T:
         if name.startswith("_") and name not in ("__init__", "__call__"):
             continue
         if inspect.isfunction(method):
-            setattr(target, name, _answering(method, owner))
+            setattr(target, name, _suggesting(method, owner))
         elif isinstance(method, classmethod | staticmethod):
-            setattr(target, name, type(method)(_answering(method.__func__, owner)))
+            setattr(target, name, type(method)(_suggesting(method.__func__, owner)))
     return target
 
 
-def _answering(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
+def _suggesting(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
     known = options_of(function)
     passes_on = any(p.kind is p.VAR_KEYWORD for p in inspect.signature(function).parameters.values())
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         unknown = [name for name in kwargs if name not in known]
-        refuse_unknown([name for name in unknown if not passes_on or _meant(name, known)], known, owner)
+        refuse_unknown([name for name in unknown if not passes_on or _synonyms(name, known)], known, owner)
         return function(*args, **kwargs)
 
     call.__qualname__ = f"{owner}.__init__" if function.__name__ == "__init__" else owner

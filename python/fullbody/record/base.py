@@ -325,7 +325,7 @@ class BaseRun(Tabled):
 
         Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
         """
-        return self._told("energy_drift")
+        return self._drift_or_warning("energy_drift")
 
     @property
     def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
@@ -334,7 +334,7 @@ class BaseRun(Tabled):
         The energy of a fast spin can dwarf that of the orbit and hide its error. Absolute where there is no orbit.
         Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
         """
-        return self._told("energy_drift_orbital")
+        return self._drift_or_warning("energy_drift_orbital")
 
     @property
     def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
@@ -343,9 +343,9 @@ class BaseRun(Tabled):
         Absolute where that is zero. Where ``start`` is ``None``, it is the change since the first sample, with a
         ``UserWarning``.
         """
-        return self._told("angular_momentum_drift")
+        return self._drift_or_warning("angular_momentum_drift")
 
-    def _told(self, name: str) -> npt.NDArray[np.float64]:
+    def _drift_or_warning(self, name: str) -> npt.NDArray[np.float64]:
         if self._start is None and len(self._record["time"]):
             text = (
                 f"{name} is counted from the first sample, at time {self.time[0]}: the file that the run comes from "

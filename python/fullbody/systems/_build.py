@@ -1,4 +1,4 @@
-"""A published pair in the frame and the units asked for."""
+"""A published binary in the frame and the units asked for."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 G = 6.67430e-11 * 1e-9 * 3600.0**2
 Frame = Literal["ecliptic", "equatorial", "orbit"]
 #: Whether results are Quantities: in km, hour, kg for ``True``, or in three other units.
-Wanted = bool | tuple[object, object, object]
+UnitsChoice = bool | tuple[object, object, object]
 
 
 def check_frame(frame: str) -> None:
@@ -31,7 +31,7 @@ def check_frame(frame: str) -> None:
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
 
 
-def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
+def with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """The options of the system with its epoch: the published one, or the caller's where none is published."""
     from ..motion.simulation import System
 
@@ -43,12 +43,12 @@ def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     return {**options, "epoch": epoch if given is None else given}
 
 
-def base_units(units: Wanted) -> tuple[str, str, str] | None:
+def base_units(units: UnitsChoice) -> tuple[str, str, str] | None:
     """The units that a system is built in: none, or km, hour, kg. Units that are none raise an error."""
     return UNITS if Units(units).known else None
 
 
-def in_units(system: System, state: State, units: Wanted) -> tuple[System, State]:
+def in_units(system: System, state: State, units: UnitsChoice) -> tuple[System, State]:
     """A system in km, hour, kg and its state, in the units asked for."""
     from ..motion.simulation import System
 
@@ -70,20 +70,20 @@ def in_frame(state: State, facts: Published, frame: str) -> State:
     return turn_state(state, facts.frame, frame)
 
 
-def pair(
+def published_binary(
     facts: Published,
     primary: Component,
     secondary: Component,
     *,
     pole: tuple[float, float],
     frame: str,
-    units: Wanted,
+    units: UnitsChoice,
     options: dict[str, Any],
     **orbit: Any,
 ) -> tuple[System, State]:
     """A binary in km, hour, kg about a published pole (degrees)."""
     check_frame(frame)
-    options = settled(options, facts.epoch)
+    options = with_epoch(options, facts.epoch)
     lon, lat = np.radians(pole)
     system, state = binary(
         primary,

@@ -28,7 +28,7 @@ NEAREST = 1e-9
 _APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 
-class View:
+class RelativeMotion:
     """The numbers of a run that observables need, and its units for their results.
 
     Parameters
