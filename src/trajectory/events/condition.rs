@@ -71,7 +71,7 @@ pub enum Condition<'a> {
     Function(Box<StateFunction<'a>>),
 }
 
-/// What the functions are made from.
+/// The quantities that the functions are made from.
 pub(super) struct Place<'a> {
     pub system: &'a System,
     pub frame: &'a BarycentricFrame,
