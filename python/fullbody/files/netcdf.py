@@ -17,7 +17,7 @@ from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput, UncheckedFile, caution
 from ..model.system import BaseSystem
-from ..record.base import BaseRun
+from ..record.base import STOP_REASONS, BaseRun
 from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from . import occurrences, seal
@@ -59,8 +59,6 @@ _FORMAT = 2
 #: Attributes of text that a run is rebuilt from. One checksum over all of them and the start protects the numbers in
 #: them.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
-#: What may have ended a run, as files say it.
-_REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -246,8 +244,8 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
     run.events = occurrences.from_file(stored, system, asked)
     run.stop_reason = stored.text("stop_reason", "unknown")
-    if run.stop_reason not in _REASONS:
-        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(_REASONS)}")
+    if run.stop_reason not in STOP_REASONS:
+        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(STOP_REASONS)}")
     return run
 
 

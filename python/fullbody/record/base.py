@@ -26,11 +26,17 @@ from .integrators import Integrator
 from .statistics import Statistics
 from .track import Track
 
-__all__ = ["BaseRun"]
+__all__ = ["STOP_REASONS", "BaseRun"]
 
 
-#: What ended a run early, in words.
-_STOPPED = {"event": "by the last event", "interrupted": "by an interrupt", "unfinished": "by an error"}
+#: Why a run may end, with words for an early end; ``"unknown"`` in a run from a file that does not tell.
+STOP_REASONS = {
+    "end": None,
+    "event": "by the last event",
+    "interrupted": "by an interrupt",
+    "unfinished": "by an error",
+    "unknown": None,
+}
 
 
 class BaseRun(Tabled):
@@ -217,8 +223,8 @@ class BaseRun(Tabled):
         kinds = Counter(type(happened.event).__name__ for happened in self.events)
         if kinds:
             rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
-        if self.stop_reason in _STOPPED:
-            rows.append(("stopped", _STOPPED[self.stop_reason]))
+        if early := STOP_REASONS[self.stop_reason]:
+            rows.append(("stopped", early))
         drifts = {
             "energy_drift": "drift of the energy{}, relative to the total",
             "energy_drift_orbital": "drift of the energy{}, relative to the orbit's",

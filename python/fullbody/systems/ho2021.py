@@ -133,13 +133,8 @@ def kw4_ho2021(
     system = _kw4_system(shape, units, with_epoch(options, None))
     angles = {name: np.deg2rad(value) for name, value in KW4_SKY.items()}
     position, velocity = KeplerElements(**KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
-    state = _state(
-        bool(system.units),
-        position=[[0.0, 0.0, 0.0], position],
-        velocity=[[0.0, 0.0, 0.0], velocity],
-        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, spin] for spin in KW4_SPINS],
-    )
+    rest, spins = [0.0, 0.0, 0.0], [[0.0, 0.0, spin] for spin in KW4_SPINS]
+    state = _kw4_state(system, [rest, position], [rest, velocity], spins)
     return in_units(system, state, units)
 
 
@@ -202,13 +197,8 @@ def kw4(
     orbit = KeplerElements(**KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
     position, velocity = orbit.to_cartesian(mu)
     share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
-    state = _state(
-        bool(system.units),
-        position=share * position,
-        velocity=share * velocity,
-        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
-    )
+    spins = [[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]]
+    state = _kw4_state(system, share * position, share * velocity, spins)
     return in_units(system, state, units)
 
 
@@ -307,13 +297,15 @@ def _kw4_system(shape: str, units: UnitsChoice, options: dict[str, Any]) -> Syst
     return System(bodies, G=_G_HO2021, units=base_units(units), **options)
 
 
-def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:
+def _kw4_state(system: System, position: Any, velocity: Any, spin: Any) -> State:
+    """The state at time zero, with Alpha's pole tilted about the x-axis; numbers in km, hour."""
     from ..model.state import State
 
-    if units:
-        from astropy import units as u
-
-        position, velocity = position * u.km, velocity * (u.km / u.hour)
-        spin = spin * (u.rad / u.hour)
-        return State.from_tait_bryan(position, velocity, angles, spin, time=0.0 * u.hour)
-    return State.from_tait_bryan(position, velocity, angles, spin)
+    attach = system._units.attach
+    return State.from_tait_bryan(
+        attach(np.array(position), "length"),
+        attach(np.array(velocity), "velocity"),
+        [[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
+        attach(np.array(spin), "spin"),
+        attach(np.float64(0.0), "time"),
+    )
