@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Given")]
+#[serde(try_from = "Unchecked")]
 pub struct Tolerance {
     /// Relative to the present scale of each quantity.
     #[serde(rename = "rtol")]
@@ -49,15 +49,15 @@ impl Tolerance {
 /// A tolerance as a description gives it, not yet checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Given {
+struct Unchecked {
     rtol: f64,
     atol: f64,
 }
 
-impl TryFrom<Given> for Tolerance {
+impl TryFrom<Unchecked> for Tolerance {
     type Error = Error;
 
-    fn try_from(given: Given) -> Result<Self> {
+    fn try_from(given: Unchecked) -> Result<Self> {
         Self::new(given.rtol, given.atol)
     }
 }

@@ -124,7 +124,7 @@ def _has_text(value: Any) -> bool:
 
 
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:
-    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
+    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; any other value unchanged.
 
     A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
     has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.

@@ -151,7 +151,7 @@ def save(run: BaseRun, path: Any) -> None:
     numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
     encoding = {name: _protected(of) for name, of in numbers.items()}
     with replacing(path) as temporary:
-        # Through memory: where a disk is full, HDF5 itself would end the whole process.
+        # The file is made in memory first: on a full disk HDF5 itself would end the whole process.
         whole = BytesIO()
         dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
         whole.write(seal.seal(whole))

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
 _Array = npt.NDArray[np.float64]
-#: Terms of the distance that are looked at, how near to the mean motion the periapsis' is, and the size relative to the
-#: distance below which a run has no periapsis but by its own errors.
+#: How many periodic terms of the distance are computed, how near to the mean motion the frequency of periapsis is, and
+#: the size of that term relative to the distance below which it may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
-#: Two apsidal rates agree within this part of them and within this part of a turn over the run.
+#: Two apsidal rates agree if they differ by less than this part of them plus this part of a turn over the run.
 _AGREE, _TURNED = 0.02, 1e-4
 
 
@@ -217,7 +217,7 @@ def mutual_period(run: BaseRun, *, body: int | str = 1, about: int | str = 0) ->
 
 
 def passages(motion: RelativeMotion) -> _Array:
-    """When the longitude is whole turns from that at the earliest time, which is the first."""
+    """The times at which the longitude has made whole turns since the earliest time, which is the first of them."""
     longitude, rate = motion.longitude
     order = np.argsort(motion.path.time)
     t, angle, rate = motion.path.time[order], longitude[order], rate[order]
@@ -233,7 +233,7 @@ def passages(motion: RelativeMotion) -> _Array:
 
 
 def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
-    """Passages of a longitude, after Newton's method along the Kepler orbits: a spline misses what is eccentric."""
+    """Passages of a longitude, improved by Newton's method along the Kepler orbits: a spline errs on eccentric ones."""
     for _ in range(3):
         angle, rate = motion.longitude_at(moments)
         missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
@@ -324,7 +324,7 @@ def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None
 
 
 def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
-    """Refuse samples of which every second one tells another precession."""
+    """Refuse samples if every second one alone gives another precession."""
     sidereal, radial = frequencies(motion, motion.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:

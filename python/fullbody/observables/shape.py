@@ -58,8 +58,7 @@ class Eccentricity(ArrayFields):
         Of the ellipse that the distance follows, whose periapsis precesses: what ``eccentricity=`` of a mean orbit of
         :func:`fullbody.binary` sets. ``None`` where the distance shows no periapsis.
     forced : float
-        What the osculating eccentricity has beside that, on the mean: it belongs to the bodies' figures and is there on
-        a circular orbit too.
+        The mean part of the osculating eccentricity that the bodies' figures force. A circular orbit has it too.
     osculating : float
         The mean of the osculating eccentricity. Between the difference of the other two and their sum.
     """

@@ -156,7 +156,8 @@ def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
 
 
 def steady(ax: Any, scale: float = 0.0) -> None:
-    """Where all curves are level but for round-off, show them as level: the ticks would count digits.
+    """Where all curves are level but for round-off, show them as level: otherwise the ticks would resolve the
+    round-off.
 
     Level is what stays within 1e-8 of its size, or of ``scale`` where it is smaller than that.
     """
@@ -273,7 +274,7 @@ def check_samples(run: BaseRun) -> None:
 
 
 def attitudes_of(run: BaseRun, body: int) -> _core.State:
-    """Those of one body along the run."""
+    """The attitudes of one body along the run."""
     return attitudes(run._record["attitude"][:, body])
 
 
