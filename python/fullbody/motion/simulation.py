@@ -26,8 +26,8 @@ from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98, rebuild
 from ..record.statistics import Statistics
 from ..typing import Scalar
-from .asked import Bar, autosaving, sampling, watched
 from .doubts import of_start
+from .options import Bar, autosaving, sampling, watched
 from .run import RunVerbs
 
 __all__ = ["Run", "Simulation", "System"]
