@@ -85,7 +85,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.system.names))
     coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
-    of_events, labels, asked = occurrences.to_dataset(run, attributes)
+    of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
         variables | of_events,
@@ -96,7 +96,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
             "fullbody_format": 1 if run._start is None else _FORMAT,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
-            "fullbody_events": asked,
+            "fullbody_events": watched,
             "stop_reason": run.stop_reason,
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         },
@@ -232,7 +232,7 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
         )
     system, integrator = _parsed(stored, "fullbody_setup", None, lambda setup: _restore(setup, system_type))
     counts = _parsed(stored, "fullbody_statistics", None, _statistics)
-    asked = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.asked_for(events, system))
+    watched = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.watched_events(events, system))
     record = {"time": stored.numbers("time", {"time": None})}
     sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
     sizes["time"] = len(record["time"])
@@ -242,7 +242,7 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
     check_unit(record["attitude"], "attitude")
     run = run_type(system, record, counts, integrator)
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
-    run.events = occurrences.from_file(stored, system, asked)
+    run.events = occurrences.from_file(stored, system, watched)
     run.stop_reason = stored.text("stop_reason", "unknown")
     if run.stop_reason not in STOP_REASONS:
         raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(STOP_REASONS)}")

@@ -89,7 +89,7 @@ def kw4_ho2021(
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a, as in the paper.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -162,7 +162,7 @@ def kw4(
         The only one there is: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
         for the frame of the published inclination and node is not known.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
