@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
-from ..base.arguments import named_options
-from ..base.units import gathered, is_quantity, numbers, scalar, strip_to
+from ..base.arguments import named_options, positive
 from ..base.values import ScalarFields
 from ..errors import InvalidInput, PrecisionWarning, caution
 
@@ -219,19 +217,6 @@ class DormandPrince54(_Adaptive):
     """
 
 
-def _time(step: Any) -> Any:
-    """A step that is a finite time above zero; its unit is the system's to judge."""
-    step = gathered(step, "step")
-    if is_quantity(step):
-        from astropy import units as u
-
-        strip_to(step, u.s, "step")
-    value = scalar(numbers(getattr(step, "value", step), "step"), "step")
-    if not (math.isfinite(value) and value > 0.0):
-        raise InvalidInput(f"step is {step!r}; expected a finite time above zero")
-    return step
-
-
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
@@ -251,7 +236,7 @@ class LieGroupVariational(Integrator):
     step: Any
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "step", _time(self.step))
+        object.__setattr__(self, "step", positive(self.step, "s", "step"))
 
 
 @named_options
@@ -287,7 +272,7 @@ class SymplecticSplitting(Integrator):
     scheme: _Scheme = "ABA864"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "step", _time(self.step))
+        object.__setattr__(self, "step", positive(self.step, "s", "step"))
         schemes = get_args(_Scheme)
         if not (isinstance(self.scheme, str) and self.scheme in schemes):
             raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")

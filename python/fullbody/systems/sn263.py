@@ -125,8 +125,8 @@ def sn263_2001(
     axis_ratios : three pairs (a/b, b/c)
         Of Alpha, Beta and Gamma, at the published volumes.
     frame : {"equatorial", "ecliptic", "orbit"}
-        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's orbit
-        as xy-plane with its node on the equator on the x-axis.
+        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's
+        orbit as xy-plane with its node on the equator on the x-axis.
     units : bool or (length, time, mass)
         ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
