@@ -135,7 +135,7 @@ class Body(Tabled):
     mass, density : float or Quantity
         One of the two.
     name : str, optional
-        What errors, tables and plots call it. Bodies without a name are called after their place in the system.
+        The name in errors, tables and plots. A body without one is named after its place in the system.
 
     Raises
     ------

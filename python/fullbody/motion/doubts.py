@@ -22,7 +22,7 @@ _FAR = 1e3
 
 
 def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """What is doubtful about a start.
+    """Warnings about a start.
 
     Parameters
     ----------

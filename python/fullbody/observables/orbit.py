@@ -37,7 +37,7 @@ class ElementRates(ArrayFields):
     Attributes
     ----------
     elements : KeplerElements
-        Of arrays (K,), angles without jumps.
+        Elements with arrays (K,), whose angles have no jumps.
     rates : dict of str to ndarray or Quantity
         Present rates of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M`` (K,), by differences of second order.
     mean_rates : dict of str to float or Quantity
@@ -60,7 +60,7 @@ class MutualPeriod(ArrayFields):
     time : ndarray or Quantity, (R,)
         Ends of the revolutions, counted from the earliest time.
     period : ndarray or Quantity, (R,)
-        Of each revolution.
+        The period of each revolution.
     mean : float or Quantity
         2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under the
         third power of a Hann window. It takes all samples and leaves next to nothing of what recurs four times or more;
@@ -94,11 +94,11 @@ class Precession(ArrayFields):
         Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` where either has none. It vanishes
         at the critical inclination. The longitude of periapsis, Omega + omega, moves by this and ``nodal`` together.
     anomalistic_period : float, Quantity or None
-        From periapsis to periapsis.
+        The mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
-        Of a revolution in the moving plane: 2 pi by the mean of |r x v|/r^2, the angle from the direction that
-        ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is faster by
-        (1 - cos i) d(Omega)/dt.
+        The mean period of a revolution in the moving plane: 2 pi divided by the mean of |r x v|/r^2, the rate of the
+        angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is
+        faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
@@ -254,7 +254,7 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     Parameters
     ----------
     run : Run
-        Of several revolutions; the more, the better the means.
+        A run of several revolutions; the more, the better the means.
     axis : array_like, (3,), optional
         The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
     body, about : int or str

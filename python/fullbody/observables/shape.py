@@ -55,8 +55,8 @@ class Eccentricity(ArrayFields):
     Attributes
     ----------
     free : float or None
-        Of the ellipse that the distance follows, whose periapsis precesses: what ``eccentricity=`` of a mean orbit of
-        :func:`fullbody.binary` sets. ``None`` where the distance shows no periapsis.
+        The eccentricity of the ellipse that the distance follows, whose periapsis precesses. ``eccentricity=`` of a
+        mean orbit of :func:`fullbody.binary` sets it. ``None`` where the distance shows no periapsis.
     forced : float
         The mean part of the osculating eccentricity that the bodies' figures force. A circular orbit has it too.
     osculating : float
@@ -78,7 +78,7 @@ def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> O
     Parameters
     ----------
     run : Run
-        Of one revolution at least.
+        A run of one revolution at least.
     body, about : int or str
         Places in the system, or names.
 
@@ -170,7 +170,7 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        Of five revolutions at least; the more, the better the means.
+        A run of five revolutions at least; the more, the better the means.
     mu : float or Quantity, optional
         G times the sum of the two masses unless given: what the osculating elements are formed with.
     body, about : int or str

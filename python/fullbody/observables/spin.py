@@ -32,13 +32,13 @@ class Libration(ArrayFields):
     ----------
     time : ndarray or Quantity, (K,)
     angle : ndarray or Quantity, (K,)
-        From the line to the longest axis, in the orbit's plane, positive along the motion; without jumps, so that it
-        grows or falls without end where the body does not librate.
+        The angle from the line to the longest axis, in the orbit's plane, positive along the motion. It has no jumps,
+        so that it grows or falls without end where the body does not librate.
     amplitude : float, Quantity or None
         Half of peak to peak; ``None`` above a quarter turn, where the other end of the axis is the nearer one for a
         while: the body turns round, and does not librate.
     frequencies, amplitudes : ndarray or Quantity
-        Of its strongest periodic terms, the strongest first as found; empty where it does not librate.
+        Those of its strongest periodic terms, the strongest first; empty where it does not librate.
     """
 
     time: Array
@@ -174,7 +174,7 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
     Parameters
     ----------
     run : Run
-        Of several periods of it, sampled several times in each.
+        A run of several periods of the libration, sampled several times in each.
     body, about : int or str
         Places in the system, or names.
     count : int

@@ -1,4 +1,4 @@
-"""What should be conserved, and how well it is."""
+"""The drifts of energy and angular momentum."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Integrator(ScalarFields):
 
     @property
     def _tolerance(self) -> float | None:
-        """What the error of a step is held to, relative to the distance of the nearest body; none with fixed steps."""
+        """The tolerance of a step relative to the distance of the nearest body; none with fixed steps."""
         return None
 
     def _describe(self, strip: Any) -> dict[str, Any]:
@@ -144,7 +144,7 @@ class Verner98(_Adaptive):
         Returns
         -------
         Verner98
-            With both tolerances zero.
+            The integrator with both tolerances zero.
 
         References
         ----------

@@ -138,7 +138,7 @@ def read_toml(path: Any) -> Setup:
     Returns
     -------
     Setup
-        With ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
+        The set-up with its ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
 
     Raises
     ------

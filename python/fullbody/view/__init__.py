@@ -36,7 +36,7 @@ class View:
     samples : int
         At most so many moments of the run.
     height : int
-        Of the frame in Jupyter, pixels.
+        The height of the frame in Jupyter, pixels.
 
     Raises
     ------
