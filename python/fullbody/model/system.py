@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, Literal, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
@@ -168,9 +169,13 @@ class BaseSystem(Tabled):
     @property
     def masses(self) -> Array:
         """Masses (N,)."""
-        values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
-        masses: Array = self._units.attach(np.array(values), "mass")
+        masses: Array = self._units.attach(self._masses, "mass")
         return masses
+
+    @property
+    def _masses(self) -> npt.NDArray[np.float64]:
+        """Masses (N,) as numbers in the system's units."""
+        return np.array([body._core(self._units, k).mass for k, body in enumerate(self._bodies)])
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """G times the sum of two masses.
@@ -180,13 +185,12 @@ class BaseSystem(Tabled):
         body, about : int or str
             Places in :attr:`bodies`, or names, of two bodies.
         """
-        masses = [each._core(self._units, k).mass for k, each in enumerate(self._bodies)]
         first, second = self._place(body, "body"), self._place(about, "about")
         if first == second:
             raise InvalidInput(
                 f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
             )
-        return self._units.attach_mu(self._G * (masses[first] + masses[second]))
+        return self._units.attach_mu(float(self._G * (self._masses[first] + self._masses[second])))
 
     def index(self, body: int | str) -> int:
         """The place of a body.

@@ -280,12 +280,5 @@ def attitudes_of(run: BaseRun, body: int) -> _core.State:
 
 def semi_axes(run: BaseRun, body: int) -> Array | None:
     """Semi-axes (3,) in the system's units, ``None`` for a point."""
-    axes = run.system.bodies[body].shape.semi_axes
-    if axes is None:
-        return None
-    return np.array([float(run.system._units.strip(axis, "length", "semi-axis")) for axis in axes])
-
-
-def masses(run: BaseRun) -> Array:
-    """Masses (N,) as numbers."""
-    return np.array([body._core(run.system._units, i).mass for i, body in enumerate(run.system.bodies)])
+    axes = run.system.bodies[body]._semi_axes(run.system._units)
+    return None if axes is None else np.array(axes)
