@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-/// What can go wrong in `fullbody`.
+/// An error of `fullbody`.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Error {
     /// An argument that describes nothing physical, or has the wrong shape.

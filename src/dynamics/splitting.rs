@@ -284,7 +284,7 @@ impl Splitting {
     }
 }
 
-/// From Jacobi's vectors to those from the barycentre of all.
+/// Turns Jacobi's vectors into those from the barycentre of all.
 fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
     let mut centre = Vec3::zeros();
     for body in (1..masses.len()).rev() {

@@ -71,7 +71,7 @@ pub struct BodyInteraction {
 }
 
 impl System {
-    /// From bodies of distinct names; G is in the units of everything else.
+    /// A system of bodies with distinct names; G is in the units of everything else.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
             return Err(Error::invalid("number of bodies", 0, "at least one"));

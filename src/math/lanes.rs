@@ -287,7 +287,7 @@ pub struct Term {
 
 /// Weighted sums of rows: `out` by the weights, `tail` by their low parts.
 pub struct WeightedRows<'a> {
-    /// What is summed.
+    /// The terms of the sum.
     pub terms: &'a [Term],
     /// Rows, one after the other, each of the length of `out`, a [`stride`].
     pub rows: &'a [f64],

@@ -13,7 +13,8 @@ use crate::patience::Patience;
 use crate::shape::Shape;
 use pulp::Arch;
 
-/// What rounding, and the bridge between the ends of fixed steps, may differ from what the bounds are made for.
+/// By how much rounding, and the bridge between the ends of fixed steps, may exceed the motion that the bounds are made
+/// for.
 const MARGIN: f64 = 1e-9;
 
 /// Where two bodies meet.
@@ -48,7 +49,7 @@ pub(super) struct Approach {
     bodies: Vec<Reach>,
     /// Whether a body has an extent: points have nothing to overlap with.
     extended: bool,
-    /// By how much each body's path can bend from a line, without what is not known of the other bodies' pull.
+    /// By how much each body's path can bend from a line, without the unknown part of the other bodies' pull.
     bends: Vec<f64>,
     /// By how much accelerations change from stage to stage, where they lie in the vector of rates.
     changes: Vec<f64>,

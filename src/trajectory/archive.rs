@@ -26,7 +26,7 @@ pub const ARCHIVE_VERSION: u32 = 2;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
-/// What the Python package of version 0.1.0, whose layout was 1, wrote before the core's bytes.
+/// The bytes that the Python package of version 0.1.0, whose layout was 1, wrote before the core's.
 const BEFORE_LAYOUT_1: &[u8] = b"fullbody simulation\n";
 
 /// What a simulation was made with. There is no other description of it: archives hold this one, and the Python package makes
@@ -66,7 +66,7 @@ struct Start {
     barycentre_velocity: [f64; 3],
     /// Per body the scales of position, velocity and spin, to which absolute tolerances refer.
     scales: Vec<[f64; 3]>,
-    /// What is conserved there, as [`Invariants::numbers`] has it.
+    /// The conserved quantities there, as [`Invariants::numbers`] gives them.
     conserved: [f64; 8],
 }
 

@@ -32,7 +32,7 @@ pub struct Progress {
 pub struct Run<'a, 'f> {
     /// When samples are recorded.
     pub output: &'a Output,
-    /// What is watched for.
+    /// The events that are watched for.
     pub events: &'a mut [Event<'f>],
     /// Whether the continuous solution is kept.
     pub dense: bool,
@@ -50,7 +50,7 @@ pub struct Simulation {
     /// What a caller wants kept with the simulation and its archives, as text of any kind: names of units and the like. No number
     /// that the simulation works with belongs here.
     pub notes: String,
-    /// What is conserved, at the start.
+    /// The conserved quantities at the start.
     pub(super) start: Invariants,
 }
 
@@ -108,12 +108,12 @@ impl Simulation {
         Ok(())
     }
 
-    /// What is conserved, at the state that the simulation began with or was last set to.
+    /// The conserved quantities at the state that the simulation began with or was last set to.
     pub fn start(&self) -> Invariants {
         self.start
     }
 
-    /// What is conserved, at the present state.
+    /// The conserved quantities at the present state.
     pub fn invariants(&mut self, patience: &mut Patience) -> Result<Invariants> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
