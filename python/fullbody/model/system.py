@@ -178,7 +178,7 @@ class BaseSystem(Tabled):
         Parameters
         ----------
         body, about : int or str
-            Places in :attr:`bodies`, or names, of two bodies.
+            Places in :attr:`~fullbody.System.bodies`, or names, of two bodies.
         """
         masses = [each._core(self._units, k).mass for k, each in enumerate(self._bodies)]
         first, second = self._place(body, "body"), self._place(about, "about")
