@@ -3,7 +3,7 @@
 A system with units gives astropy's Quantities, which are arrays of numpy; another gives plain arrays and numbers. Which
 of the two is known when a program runs, and not before. So a type checker is told of types that have the attributes of
 both: ``run.position`` is an ``Array``, which passes for an ``ndarray`` and has ``.to("m")`` and ``.value`` as well.
-Neither is a class when a program runs: they serve in annotations alone.
+They serve in annotations: when a program runs, they are numpy's ``ndarray`` and ``float``.
 
 A function that takes and gives either:
 
