@@ -183,7 +183,7 @@ class BaseSystem(Tabled):
         Parameters
         ----------
         body, about : int or str
-            Places in :attr:`bodies`, or names, of two bodies.
+            Places in :attr:`~fullbody.System.bodies`, or names, of two bodies.
         """
         first, second = self._place(body, "body"), self._place(about, "about")
         if first == second:

@@ -96,7 +96,7 @@ class Precession(ArrayFields):
     anomalistic_period : float, Quantity or None
         The mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
-        The mean period of a revolution in the moving plane: 2 pi divided by the mean of |r x v|/r^2, the rate of the
+        The mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of the
         angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is
         faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
@@ -279,8 +279,8 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     In a plane that turns there is no fixed direction to measure from. The node turns in it by cos(i) d(Omega)/dt, and
     a fixed plane that the orbit is projected on shows another rate after whole turns of the node than after a part of
     one. The direction that does not turn in the plane is the departure point of Hansen's ideal frame: from it the true
-    longitude grows by |r x v|/r^2, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253; Lara &
-    Urrutxua 2023, Universe 9, 470).
+    longitude grows by ``|r x v| / r^2``, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253;
+    Lara & Urrutxua 2023, Universe 9, 470).
 
     Examples
     --------

@@ -187,9 +187,9 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
 
     Notes
     -----
-    With h = r x v, the vector v x h = mu (r/|r| + e) of an osculating orbit is, seen in the moving plane,
+    With h = r x v, the vector v x h = mu (r / abs(r) + e) of an osculating orbit is, seen in the moving plane,
 
-        v x h = A r/|r| + B,
+        v x h = A r / abs(r) + B,
 
     with a number A and a vector B that turns at the apsidal rate, by least squares over the run; what is left is of the
     order of e times the forced eccentricity. Then ``free`` is abs(B)/A, the eccentricity of a Kepler orbit with A for
