@@ -18,8 +18,33 @@ const CHOICE: u64 = 50;
 const NEW: u64 = 300;
 
 /// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rejected(pub &'static str);
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rejected {
+    /// Two bodies are nearer to each other than the rule in force holds.
+    TooClose {
+        /// Places of the two in the system.
+        bodies: [usize; 2],
+        /// Separation of their centres.
+        separation: f64,
+        /// The least at which the rule holds.
+        valid_from: f64,
+    },
+    /// An attitude is at the pole of the Tait-Bryan angles.
+    Pole,
+    /// A rate of change is infinite or no number.
+    NotFinite,
+}
+
+impl Rejected {
+    /// The reason without names and numbers.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::TooClose { .. } => "two bodies come too close within a step",
+            Self::Pole => "an attitude reaches the pole of the Tait-Bryan angles",
+            Self::NotFinite => "a rate of change is not finite",
+        }
+    }
+}
 
 /// The equations of motion of one system, with the rules and scratch that they use.
 #[derive(Debug, Clone)]
@@ -184,8 +209,10 @@ impl Dynamics {
         for (i, j, pair) in &self.pairs[start..self.pairs.len().min(start + self.in_part)] {
             let (i, j) = (*i, *j);
             let pose = self.pose(y, i, j);
-            if !pair.covers(pose.separation.norm()) {
-                return Err(Rejected("two bodies come too close within a step"));
+            let separation = pose.separation.norm();
+            if !pair.covers(separation) {
+                let valid_from = pair.valid_from();
+                return Err(Rejected::TooClose { bodies: [i, j], separation, valid_from });
             }
             let f = pair.interaction(&pose);
             let (mi, mj) = (self.system.bodies[i].mass, self.system.bodies[j].mass);
@@ -231,7 +258,7 @@ impl Dynamics {
                 AttitudeChart::TaitBryan => {
                     let angles = [y[a], y[a + 1], y[a + 2]];
                     if angles[1].cos() < POLE {
-                        return Err(Rejected("an attitude reaches the pole of the Tait-Bryan angles"));
+                        return Err(Rejected::Pole);
                     }
                     rest[a - positions..a - positions + 3]
                         .copy_from_slice(&rotation::tait_bryan_rate(angles, spin));
@@ -240,11 +267,7 @@ impl Dynamics {
             let s = layout.spin(body) - positions;
             rest[s..s + 3].copy_from_slice(euler(self.inertia[body], spin, self.torque[body]).as_slice());
         }
-        if rate.iter().all(|r| r.is_finite()) {
-            Ok(())
-        } else {
-            Err(Rejected("a rate of change is not finite"))
-        }
+        if rate.iter().all(|r| r.is_finite()) { Ok(()) } else { Err(Rejected::NotFinite) }
     }
 
     /// Energy with the rules in force.
