@@ -24,6 +24,17 @@ impl Motion {
         let approach = Approach::new(equations.system());
         Self { equations, present: initial.clone(), initial, approach }
     }
+
+    /// The same for a second integration, without the rules in force. A copy that can be interrupted.
+    pub fn again(&self, patience: &mut Patience) -> Result<Self> {
+        let system = self.equations.system();
+        Ok(Self {
+            equations: system.dynamics(patience)?,
+            initial: self.initial.clone(),
+            present: self.present.clone(),
+            approach: Approach::new(system),
+        })
+    }
 }
 
 impl Equations for Motion {

@@ -8,6 +8,7 @@ mod order;
 mod patience;
 mod problems;
 mod resume;
+mod roots;
 mod roundoff;
 mod steps;
 mod symplectic;
