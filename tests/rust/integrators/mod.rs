@@ -12,4 +12,4 @@ mod roots;
 mod roundoff;
 mod steps;
 mod symplectic;
-mod systems;
+pub mod systems;
