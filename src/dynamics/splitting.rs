@@ -10,7 +10,7 @@
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
 use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
-use super::{AttitudeChart, Dynamics};
+use super::{AttitudeChart, Dynamics, Rejected};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::compensated::two_sum;
@@ -209,9 +209,7 @@ impl Splitting {
         let layout = dynamics.layout();
         for part in 0..dynamics.parts() {
             patience.spend(dynamics.work(), self.time)?;
-            dynamics
-                .load(part, high)
-                .map_err(|rejected| self.failed(&format!("{}; use a shorter step", rejected.0)))?;
+            dynamics.load(part, high).map_err(|rejected| self.refused(dynamics, rejected))?;
         }
         let (acceleration, torque) = dynamics.loads();
         self.acceleration.copy_from_slice(acceleration);
@@ -234,8 +232,23 @@ impl Splitting {
             self.loaded = true;
             Ok(())
         } else {
-            Err(self.failed("a rate of change is not finite; use a shorter step"))
+            Err(self.refused(dynamics, Rejected::NotFinite))
         }
+    }
+
+    /// That the forces cannot be had within the step.
+    fn refused(&self, dynamics: &Dynamics, rejected: Rejected) -> Error {
+        let reason = match rejected {
+            Rejected::TooClose { bodies, separation, valid_from } => {
+                let [first, second] = bodies.map(|body| &dynamics.system().bodies()[body].name);
+                format!(
+                    "{first} and {second} come to a separation of {separation:.6e} in it, where the quadrature of their \
+                     forces was chosen for {valid_from:.6e} and more"
+                )
+            }
+            other => other.reason().to_owned(),
+        };
+        self.failed(&format!("{reason}; use a shorter step"))
     }
 
     fn failed(&self, detail: &str) -> Error {

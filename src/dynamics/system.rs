@@ -212,7 +212,7 @@ impl System {
             patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
             let mut pair = self.pair(i, j);
-            pair.prepare(&pose, 0.0)?;
+            patience.spend(pair.prepare(&pose, 0.0)?, state.time)?;
             let strength = self.strength(i, j);
             let f = pair.interaction(&pose);
             result.force[i] += strength * f.force_on_first;
@@ -237,7 +237,7 @@ impl System {
             patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
             let mut pair = self.pair(i, j);
-            pair.prepare(&pose, 0.0)?;
+            patience.spend(pair.prepare(&pose, 0.0)?, state.time)?;
             potential += self.strength(i, j) * pair.potential_energy(&pose);
         }
         let energy = invariants::energy(&self.bodies, state, potential);

@@ -45,8 +45,8 @@ impl PySimulation {
 
     /// The simulation that `to_bytes` wrote.
     #[staticmethod]
-    fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        Ok(Self { inner: Simulation::from_bytes(bytes)? })
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        Ok(Self { inner: listening(py, |patience| Simulation::from_bytes(bytes, patience))? })
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {

@@ -111,14 +111,14 @@ impl Simulation {
     }
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+    pub fn from_bytes(bytes: &[u8], patience: &mut Patience) -> Result<Self> {
         let expected = format!("the contents of layout {ARCHIVE_VERSION}");
         let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
             .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
         if !rest.is_empty() {
             return Err(refuse(format!("of {} bytes more than its contents", rest.len()), &expected));
         }
-        contents.restore()
+        contents.restore(patience)
     }
 }
 
@@ -174,7 +174,7 @@ fn refuse(value: String, expected: &str) -> Error {
 }
 
 impl Contents {
-    fn restore(self) -> Result<Simulation> {
+    fn restore(self, patience: &mut Patience) -> Result<Simulation> {
         let setup: Setup = serde_json::from_str(&self.setup).map_err(|error| {
             refuse(format!("of a set-up that is damaged ({error})"), "one that can be read")
         })?;
@@ -193,7 +193,7 @@ impl Contents {
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
         let (time, high, low) = self.now.place();
-        let mut motion = Motion::new(system.dynamics(&mut Patience::endless())?, high);
+        let mut motion = Motion::new(system.dynamics(patience)?, high);
         motion.initial = self.start.scales;
         let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
@@ -205,7 +205,7 @@ impl Contents {
             start: Invariants::from_numbers(self.start.conserved),
             notes: self.notes,
         };
-        simulation.go_back(&self.now)?;
+        simulation.go_back(&self.now, patience)?;
         Ok(simulation)
     }
 }

@@ -1,7 +1,7 @@
 //! The equations of motion as the integrators see them.
 
 use super::approach::Approach;
-use crate::dynamics::{Dynamics, Splitting};
+use crate::dynamics::{Dynamics, Rejected, Splitting};
 use crate::error::Result;
 use crate::integrate::{Equations, Flows, Tolerance};
 use crate::patience::Patience;
@@ -23,6 +23,17 @@ impl Motion {
         equations.scales(y, &mut initial);
         let approach = Approach::new(equations.system());
         Self { equations, present: initial.clone(), initial, approach }
+    }
+
+    /// The same for a second integration, without the rules in force. A copy that can be interrupted.
+    pub fn again(&self, patience: &mut Patience) -> Result<Self> {
+        let system = self.equations.system();
+        Ok(Self {
+            equations: system.dynamics(patience)?,
+            initial: self.initial.clone(),
+            present: self.present.clone(),
+            approach: Approach::new(system),
+        })
     }
 }
 
@@ -50,7 +61,7 @@ impl Equations for Motion {
         y: &[f64],
         rate: &mut [f64],
     ) -> std::result::Result<(), &'static str> {
-        self.equations.derivative(part, y, rate).map_err(|rejected| rejected.0)
+        self.equations.derivative(part, y, rate).map_err(Rejected::reason)
     }
 
     /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths

@@ -248,7 +248,7 @@ impl Simulation {
                     Err(error) => {
                         // The step is taken back with all that was found in it: a run that goes on misses nothing.
                         record.events.truncate(known);
-                        self.go_back(&before)?;
+                        self.go_back(&before, &mut Patience::endless())?;
                         return Err(error);
                     }
                 };
