@@ -18,7 +18,7 @@ pub use radiation::{Byorp, Yorp};
 pub use third_body::{Path, ThirdBody, WhoseOrbit};
 pub use tide::Tide;
 
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Error, Result};
 use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
@@ -240,7 +240,7 @@ impl Environment {
     }
 
     /// Computes the loads at the scene. Allocates nothing.
-    pub fn load(&mut self) -> std::result::Result<(), Refusal> {
+    pub fn load(&mut self) -> Result<()> {
         for (Term { name, law }, loads) in self.terms.iter_mut().zip(&mut self.loads) {
             loads.force.fill(Vec3::zeros());
             loads.torque.fill(Vec3::zeros());

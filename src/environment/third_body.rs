@@ -10,7 +10,7 @@
 //! says, by the third law.
 
 use super::{Loads, Scene};
-use crate::error::{Error, Refusal, Result, require_positive};
+use crate::error::{Error, Result, require_positive};
 use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
@@ -163,8 +163,8 @@ impl Pull {
         Err(Error::invalid(format!("{what} of {name}"), nearest, expected))
     }
 
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> std::result::Result<(), Refusal> {
-        let p = self.position(scene.time).map_err(Refusal::failed)?;
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
+        let p = self.position(scene.time)?;
         let square = p.norm_squared();
         for (body, r) in scene.position.iter().enumerate() {
             let q = r.dot(&(r - 2.0 * p)) / square;
@@ -175,11 +175,11 @@ impl Pull {
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
                 let Some((excess, moment)) = extended.at(&turned_back(turn, &-d)) else {
-                    return Err(Refusal::failed(Error::ForceFailed {
+                    return Err(Error::ForceFailed {
                         force: name.to_owned(),
                         time: scene.time,
                         detail: format!("it comes inside {}", self.names[body]),
-                    }));
+                    });
                 };
                 force -= turned(turn, &excess) * self.mu;
                 loads.torque[body] = -moment * (self.mu * self.masses[body]);

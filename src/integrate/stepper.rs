@@ -75,6 +75,8 @@ pub struct Step<'a> {
     pub start: &'a [f64],
     /// The vector at its end.
     pub end: &'a [f64],
+    /// The time of its start.
+    pub time: f64,
     /// Its size, negative for a run backwards.
     pub size: f64,
     rates: &'a [f64],
@@ -312,6 +314,7 @@ impl Stepper {
             tableau: self.tableau,
             start: &self.last.high,
             end: &self.high,
+            time: self.last.start(),
             size: self.last.size,
             rates: &self.stages,
         }
@@ -446,6 +449,10 @@ impl Stepper {
                 let rates = &self.stages[stage * stride(dimension)..][..equations.dependent(dimension)];
                 self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += weight * k);
             }
+        }
+        if !quick {
+            // The norm takes about as long as a part.
+            patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
         if error.is_finite() { Ok(error) } else { Err(Unmade::Refused("the error estimate is not finite")) }

@@ -27,7 +27,7 @@ pub const ARCHIVE_VERSION: u32 = 3;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
-/// What the Python package of version 0.1.0, whose layout was 1, wrote before the core's bytes.
+/// The bytes that the Python package of version 0.1.0, whose layout was 1, wrote before the core's.
 const BEFORE_LAYOUT_1: &[u8] = b"fullbody simulation\n";
 
 /// What a simulation was made with. There is no other description of it: archives hold this one, and the Python package makes
@@ -60,7 +60,7 @@ struct Contents {
     now: Checkpoint,
 }
 
-/// What the start decides for the whole run, and what is measured against it.
+/// The numbers of the start that the whole run depends on, and those that drifts are measured against.
 #[derive(Serialize, Deserialize)]
 struct Start {
     /// The [`BarycentricFrame`]: time, position and velocity of the barycentre.
@@ -69,7 +69,7 @@ struct Start {
     barycentre_velocity: [f64; 3],
     /// Per body the scales of position, velocity and spin, to which absolute tolerances refer.
     scales: Vec<[f64; 3]>,
-    /// What is conserved there, as [`Invariants::numbers`] has it.
+    /// The conserved quantities there, as [`Invariants::numbers`] gives them.
     conserved: [f64; 8],
 }
 
@@ -115,13 +115,17 @@ impl Simulation {
     }
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        Self::from_bytes_with(bytes, |_| None)
+    pub fn from_bytes(bytes: &[u8], patience: &mut Patience) -> Result<Self> {
+        Self::from_bytes_with(bytes, |_| None, patience)
     }
 
     /// The same of a simulation with forces that are functions, which no archive can hold: `functions` gives those of a name.
-    pub fn from_bytes_with(bytes: &[u8], functions: impl Fn(&str) -> Option<Call>) -> Result<Self> {
-        read(bytes)?.restore(functions)
+    pub fn from_bytes_with(
+        bytes: &[u8],
+        functions: impl Fn(&str) -> Option<Call>,
+        patience: &mut Patience,
+    ) -> Result<Self> {
+        read(bytes)?.restore(functions, patience)
     }
 
     /// What such bytes were made with, and the caller's text in them.
@@ -198,7 +202,11 @@ impl Contents {
             .map_err(|error| refuse(format!("of a set-up that is damaged ({error})"), "one that can be read"))
     }
 
-    fn restore(self, functions: impl Fn(&str) -> Option<Call>) -> Result<Simulation> {
+    fn restore(
+        self,
+        functions: impl Fn(&str) -> Option<Call>,
+        patience: &mut Patience,
+    ) -> Result<Simulation> {
         let mut setup = self.setup()?;
         let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
         for force in &mut setup.forces {
@@ -221,7 +229,7 @@ impl Contents {
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
         let (time, high, low) = self.now.place();
-        let mut motion = Motion::new(system.dynamics(&frame, &mut Patience::endless())?, high);
+        let mut motion = Motion::new(system.dynamics(&frame, patience)?, high);
         motion.initial = self.start.scales;
         let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
@@ -232,7 +240,7 @@ impl Contents {
             start: Invariants::from_numbers(self.start.conserved),
             notes: self.notes,
         };
-        simulation.go_back(&self.now)?;
+        simulation.go_back(&self.now, patience)?;
         Ok(simulation)
     }
 }

@@ -6,6 +6,7 @@ use crate::environment::Switch;
 use crate::error::{Error, Result};
 use crate::integrate::Memory;
 use crate::mutual::RuleMemory;
+use crate::patience::Patience;
 use serde::{Deserialize, Serialize};
 
 /// All that steps change in a simulation: two of one system and integrator that agree in it go on equally, bit for bit.
@@ -51,10 +52,10 @@ impl Simulation {
     }
 
     /// Goes on from a checkpoint of this system and integrator.
-    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint, patience: &mut Patience) -> Result<()> {
         let Checkpoint { memory, loads, rules, switches, given } = checkpoint;
         checkpoint.check(self.frame().layout)?;
-        self.motion.equations.recall(rules, switches)?;
+        self.motion.equations.recall(rules, switches, patience)?;
         self.mover.recall(memory, loads.as_deref());
         self.given = *given;
         Ok(())

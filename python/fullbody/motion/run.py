@@ -1,4 +1,4 @@
-"""What can be done with a run: drawn, filmed, viewed, turned into tables, saved."""
+"""The verbs of a run: draw, film, view, turn into tables, save."""
 
 from __future__ import annotations
 

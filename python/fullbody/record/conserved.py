@@ -1,7 +1,7 @@
-"""How well a motion keeps what it conserves.
+"""How well a motion keeps the quantities that it conserves.
 
-What is conserved stands in eight numbers: the time, the total, translational, rotational and potential energy, and the
-angular momentum.
+The conserved quantities stand in eight numbers: the time, the total, translational, rotational and potential energy,
+and the angular momentum.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def named(numbers: Any, units: Units) -> Invariants:
 
 
 def size(name: str, start: _Array) -> float:
-    """What a drift is relative to; may be zero."""
+    """The size that a drift is relative to, which may be zero."""
     _, total, translational, _, potential, *momentum = start
     if name == "angular_momentum_drift":
         return float(np.linalg.norm(momentum))
