@@ -21,7 +21,7 @@ use crate::patience::Patience;
 /// Units of work of turning a body by a rad, for [`Patience`].
 const ROTATION: f64 = 400.0;
 
-/// What counts as the large part.
+/// Which motion is the large part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parts {
     /// Kepler motion and free rotation.
@@ -121,7 +121,7 @@ impl Splitting {
         self.loaded = loads.len() == self.masses.len();
     }
 
-    /// Takes note of the step that comes. Forces from outside are computed anew, with what they put into the books.
+    /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
     pub fn begin(&mut self, dynamics: &Dynamics, time: f64, step: f64) {
         (self.time, self.step, self.covered) = (time, step, 0.0);
         self.loaded &= dynamics.layout().forces == 0;
@@ -182,7 +182,7 @@ impl Splitting {
             let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
-            // A cast of what is too large, or no number, is the end of its range.
+            // Too large a number counts as the limit, and so does NaN.
             patience
                 .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
             let turn = match self.parts {
@@ -287,7 +287,7 @@ impl Splitting {
         Error::NotConverged { what, detail: detail.to_owned() }
     }
 
-    /// That a body turns too far in a step, and in which step it would not.
+    /// The error that a body turns too far in this step, with the step in which it would not.
     fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
         let name = &dynamics.system().bodies()[body].name;
         let (inertia, step) = (self.inertia[body], self.step.abs());

@@ -155,7 +155,7 @@ impl Far<'_> {
             // The derivative of f is 1 - d.
             let d = w * (slope + slope + q * w);
             let correction = if self.cut.newton == 1 {
-                // So small a d that (1 + d) (1 + d^2) (1 + d^4) is the reciprocal.
+                // The reciprocal of 1 - d; d is so small that (1 + d) (1 + d^2) (1 + d^4) is exact to round-off.
                 let d2 = d * d;
                 let d4 = d2 * d2;
                 let partial = d.mul_add(d2, d) + d2;

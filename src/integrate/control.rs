@@ -46,7 +46,7 @@ impl Tolerance {
     }
 }
 
-/// A tolerance as a description gives it.
+/// A tolerance as a description gives it, not yet checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Given {

@@ -135,7 +135,7 @@ impl<S: Simd> Lanes<S> {
         self.simd.reduce_max_f64s(self.simd.max_f64s(self.raw[0], self.raw[1]))
     }
 
-    /// Any lane of a block that has the same value in all.
+    /// The value of a block that has the same value in all lanes.
     #[inline(always)]
     pub fn first(self) -> f64 {
         self.simd.reduce_min_f64s(self.raw[0])
@@ -248,7 +248,7 @@ pub struct LargestChanges<'a> {
     pub rows: &'a [f64],
     /// The columns that are wanted.
     pub range: Range<usize>,
-    /// The differences; other columns are left with anything.
+    /// The differences; the numbers in other columns mean nothing.
     pub out: &'a mut [f64],
 }
 

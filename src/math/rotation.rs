@@ -62,8 +62,8 @@ pub fn from_tait_bryan(angles: [f64; 3]) -> [f64; 4] {
 
 /// The Tait-Bryan angles of a quaternion: phi and psi in (-pi, pi], theta in [-pi/2, pi/2].
 ///
-/// From the sum and the difference of phi and psi, each of which keeps its digits where it matters: near a pole of the
-/// angles the attitude is still that of the quaternion to round-off.
+/// They are formed from the sum and the difference of phi and psi. So even near a pole of the angles they give the
+/// attitude of the quaternion to round-off.
 pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
     let [w, x, y, z] = q;
     // With C, S = cos, sin of theta/2: (C - S) (cos, sin)((phi + psi)/2), and (C + S) (cos, sin)((phi - psi)/2).

@@ -55,7 +55,7 @@ pub struct Pair {
     /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
     pub(super) unit: f64,
     pub(super) bodies: [BodyGravity; 2],
-    /// What stands for each body where it is the one that is integrated over.
+    /// The points that stand for each body where that one is integrated over.
     pub(super) carriers: [Carrier; 2],
     multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
@@ -204,7 +204,7 @@ impl Pair {
     }
 }
 
-/// What stands for a body beside the one whose field is taken.
+/// The points that stand for a body in the field of the other one.
 fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
     /// The difference of the paper's pressures across the shortest axis c loses up to 1.5 epsilon (a + a') / c of the
     /// force, a and a' the longest semi-axes of both bodies: the default tolerance at thirty.

@@ -55,7 +55,8 @@ pub(super) fn mutual_potential(
     arch.dispatch(EnergySum { kernel, nodes, semi_axes, roles })
 }
 
-/// A point of the surface: in its own canonical frame, and from the field body's centre in that one's.
+/// A point of the surface: in the body's canonical frame, and from the field body's centre in the canonical frame of
+/// that one.
 #[inline(always)]
 fn surface_point<S: Simd>(
     unit: [Lanes<S>; 3],

@@ -86,7 +86,7 @@ impl PySimulation {
         PyState { inner: self.inner.state() }
     }
 
-    /// What is conserved, at the start: time, four energies, angular momentum.
+    /// The conserved quantities at the start: time, four energies, angular momentum.
     #[getter]
     fn start(&self) -> [f64; 8] {
         self.inner.start().numbers()

@@ -1,7 +1,8 @@
 //! Whether bodies meet within a step.
 //!
-//! Asked of every step: first by bounds that cost next to nothing, and only where they leave a doubt on the continuous solution.
-//! The bounds compare the line between the step's ends with how far the path between them can bend away from it.
+//! Every step is checked: first by bounds that cost next to nothing, and on the continuous solution only where they
+//! leave a doubt. The bounds compare the line between the step's ends with how far the path between them can bend away
+//! from it.
 
 use super::encounter::Encounter;
 use crate::dynamics::{Layout, System};
@@ -24,17 +25,17 @@ pub(super) struct Contact {
     pub piece: usize,
     /// The fraction of the piece at which their surfaces touch.
     pub theta: f64,
-    /// The time of that.
+    /// The time at which they touch.
     pub time: f64,
 }
 
 impl Contact {
-    /// Whether it is that of these two.
+    /// Whether these two bodies meet in it.
     pub fn is_of(&self, first: usize, second: usize) -> bool {
         self.bodies == [first.min(second), first.max(second)]
     }
 
-    /// That the two overlap from then on.
+    /// The error that the two overlap from then on.
     pub fn error(&self, system: &System) -> Error {
         let [first, second] = self.bodies.map(|body| system.bodies()[body].name.clone());
         Error::BodiesOverlap { first, second, time: self.time }
@@ -184,7 +185,8 @@ impl Approach {
         })
     }
 
-    /// The same with the least and the largest of all pairs in place of each pair's own, which is quickly said and mostly enough.
+    /// The same with the least and the largest values of all pairs in place of each pair's own, which is quick and
+    /// mostly enough.
     fn roughly_apart(&self, lines: &Lines, bend: f64, weight: f64) -> bool {
         let (mut gap, mut inner) = (f64::INFINITY, f64::INFINITY);
         for (i, a) in self.bodies.iter().enumerate() {
@@ -193,7 +195,7 @@ impl Approach {
                 let way = larger((to - from).norm_squared(), (along - from).norm_squared());
                 let near = (1.0 - 2.0 * MARGIN) * from.norm() - way.sqrt();
                 let touching = a.radius + b.radius;
-                // Said so that NaN leaves a doubt.
+                // Written so that NaN leaves a doubt.
                 let apart = near > touching;
                 if !apart {
                     return false;

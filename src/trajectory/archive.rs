@@ -60,7 +60,7 @@ struct Contents {
     now: Checkpoint,
 }
 
-/// What the start decides for the whole run, and what is measured against it.
+/// The numbers of the start that the whole run depends on, and those that drifts are measured against.
 #[derive(Serialize, Deserialize)]
 struct Start {
     /// The [`BarycentricFrame`]: time, position and velocity of the barycentre.

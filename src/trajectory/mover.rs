@@ -11,7 +11,7 @@ use crate::patience::Patience;
 /// Tolerance of the integration that fills in the time between the ends of a fixed step.
 const BRIDGE_TOLERANCE: f64 = 1e-12;
 
-/// Most steps of such a run: more would take memory by the gigabyte.
+/// The most steps of such a run; more would take gigabytes of memory.
 const MOST_PIECES: usize = 4096;
 
 #[derive(Debug, Clone)]
@@ -107,7 +107,7 @@ impl Mover {
         }
     }
 
-    /// One step towards `end`. A step that bodies in each other's way keep from being taken is left to [`Self::contact`].
+    /// One step towards `end`. A step that cannot be taken because bodies meet in it is left to [`Self::contact`].
     pub fn step(&mut self, motion: &mut Motion, end: f64, patience: &mut Patience) -> Result<()> {
         match self {
             Self::Adaptive(stepper) => stepper.step(motion, end, patience),
@@ -184,8 +184,8 @@ impl Mover {
         }
     }
 
-    /// Takes a step back whose inside cannot be had for this error, and plans it shorter; gives the error back where that does not
-    /// help.
+    /// Takes back a step whose inside cannot be computed because of this error, and plans it shorter. Returns the error
+    /// where that does not help.
     pub fn shorten(&mut self, error: Error) -> Result<()> {
         match (self, error) {
             (Self::Adaptive(stepper), Error::StepSizeTooSmall { reason, .. }) => stepper.shorten(&reason),

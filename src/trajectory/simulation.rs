@@ -28,7 +28,7 @@ pub struct Progress {
     pub end: f64,
 }
 
-/// What is asked of a run.
+/// The options of a run.
 pub struct Run<'a, 'f> {
     /// When samples are recorded.
     pub output: &'a Output,
@@ -59,7 +59,7 @@ impl Simulation {
         Self::begin(system, state, integrator, &mut Patience::endless())
     }
 
-    /// The same for a caller who may not want to wait: systems of very many bodies take seconds.
+    /// The same with a hook that may interrupt it: systems of very many bodies take seconds.
     pub fn begin(
         system: &System,
         state: &State,
@@ -71,7 +71,7 @@ impl Simulation {
         let mut motion = Motion::new(system.dynamics(&frame, patience)?, &high);
         motion.equations.check_outside(state.time, state.time, &high)?;
         motion.prepare(state.time, &high, 0.0, patience)?;
-        // What overflows is refused here: no step could be measured against it.
+        // Scales that overflow are refused here, since no step could be measured against them.
         let energy = motion.equations.energy(state.time, &high, &state.velocity, patience)?;
         system.check_range(&energy)?;
         let angular_momentum = motion.equations.angular_momentum(state.time, &high);

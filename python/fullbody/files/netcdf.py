@@ -17,7 +17,7 @@ from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput, UncheckedFile, caution
 from ..model.system import BaseSystem
-from ..record.base import BaseRun
+from ..record.base import STOP_REASONS, BaseRun
 from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from . import occurrences, seal
@@ -47,7 +47,8 @@ _COORDINATES = {
     "quaternion": ["w", "x", "y", "z"],
     "part": ["total", "translational", "rotational", "potential"],
 }
-#: What is conserved, at the start: numbers of it (see :mod:`fullbody._conserved`), dimensions, dimension of the unit.
+#: Conserved quantities at the start: places in the eight numbers (see :mod:`fullbody.record.conserved`), dimensions,
+#: dimension of the unit.
 _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_time": (0, (), "time"),
     "start_energy": (slice(1, 5), ("part",), "energy"),
@@ -55,11 +56,9 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
 }
 #: Format 1, of version 0.1.0, has no start.
 _FORMAT = 2
-#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it and of the
-#: start.
+#: Attributes of text that a run is rebuilt from. One checksum over all of them and the start protects the numbers in
+#: them.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
-#: What may have ended a run.
-_REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -105,7 +104,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
 
 
 def netcdf() -> Any:
-    """xarray, able to read and write NetCDF."""
+    """The package xarray, where it can read and write NetCDF."""
     with need("data", "a run as a file"):
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
@@ -183,7 +182,7 @@ def load(path: Any, system: type[BaseSystem], run: type[_Run]) -> _Run:
 
 
 def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any], _Built]) -> _Built:
-    """What is built from the JSON of an attribute; its errors name the attribute."""
+    """The object that is built from an attribute's JSON; errors name the attribute."""
     text = stored.text(name, default)
     try:
         return build(json.loads(text))
@@ -194,7 +193,7 @@ def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any
     except KeyError as error:
         raise InvalidInput(f"attribute {name} has no entry {error}") from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Of whatever kind: the text may be any JSON.
+        # The errors are of many kinds, since the text may be any JSON.
         raise InvalidInput(f"attribute {name}: {error}") from error
 
 
@@ -245,8 +244,8 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
     run.events = occurrences.from_file(stored, system, asked)
     run.stop_reason = stored.text("stop_reason", "unknown")
-    if run.stop_reason not in _REASONS:
-        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(_REASONS)}")
+    if run.stop_reason not in STOP_REASONS:
+        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(STOP_REASONS)}")
     return run
 
 

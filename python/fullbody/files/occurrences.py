@@ -1,4 +1,4 @@
-"""What happened in a run, as variables of a dataset and back."""
+"""The events of a run, as variables of a dataset and back."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class Unstored:
     name: str
 
     def __call__(self, state: State) -> float:
-        """Refuse: the function itself is not there."""
+        """Raise an error, since the file has only the function's name."""
         raise InvalidInput(f"the function {self.name} is not in the file of its run, only its name; give it again")
 
 
 def to_dataset(
     run: BaseRun, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """Variables, coordinates, and the events that were asked for as JSON; without any of the first where none happened.
+    """Variables, coordinates, and the watched events as JSON. Where no event happened, there are no variables.
 
     ``attributes`` gives a variable's from the dimension of its unit and its meaning.
     """

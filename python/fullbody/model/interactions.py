@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.values import Alike, Record, block
+from ..base.values import ArrayFields, ScalarFields, block
 from ..typing import Array, Scalar
 
 __all__ = ["Energy", "Interactions", "Invariants", "Loads"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Interactions(Record, Tabled):
+class Interactions(ArrayFields, Tabled):
     """Forces, torques and the potential energy of a state.
 
     Attributes
@@ -64,7 +64,7 @@ class Loads(Record):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Energy(Alike, Tabled):
+class Energy(ScalarFields, Tabled):
     """Energy in its parts.
 
     Attributes
@@ -84,7 +84,7 @@ class Energy(Alike, Tabled):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Invariants(Record):
+class Invariants(ArrayFields):
     """What a motion conserves, at a time.
 
     Attributes

@@ -36,10 +36,10 @@ class BaseSystem(Tabled):
         ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
         ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
     gravity_tolerance : float
-        Of the quadrature: relative to the size of the force, and for the torque on a body to the force times its
-        longest semi-axis; at worst three times that. Rounding leaves 2e-14 of either. The energy by ``"surface"`` may
-        be off by thirty times the tolerance where surfaces nearly touch. Where the quadrature cannot do it the answer
-        is :class:`NotConverged`.
+        The error that the quadrature may have, relative to the size of the force, and for the torque on a body relative
+        to the force times its longest semi-axis. At worst it has three times that. Rounding leaves 2e-14 of either. The
+        energy by ``"surface"`` may be off by thirty times the tolerance where surfaces nearly touch. Where the
+        quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass) or bool, optional
@@ -54,8 +54,8 @@ class BaseSystem(Tabled):
     epoch : astropy Time or str, optional
         The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
     frame : str, optional
-        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, not used in computing, and that of
-        the elements of a run (:meth:`fullbody.KeplerElements.to_frame`).
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``. No result depends on it; the elements of
+        a run know it (:meth:`fullbody.KeplerElements.to_frame`).
     forces : sequence of Force
         What acts beside the bodies' gravity, from :mod:`fullbody.forces`, under distinct names.
 
@@ -413,11 +413,11 @@ class BaseSystem(Tabled):
         return state._in(self._units)
 
     def _state(self, core: _core.State) -> State:
-        """A state of the core's, with units and the bodies' names."""
+        """The core's state with units and the bodies' names."""
         return State._wrap(core, self._units, self.names)
 
     def _explained(self, error: BodiesOverlap, start: _core.State | None, when: str = "") -> BodiesOverlap:
-        """The error with the distance of the centres in a state, or without one with the time in a run."""
+        """The error with the distance of the centres in a state; without a state, with the time in the run."""
         if start is not None:
             first, second = (start.position[self.names.index(name)] for name in error.bodies)
             apart = number(self._units.attach(np.float64(np.linalg.norm(second - first)), "length"))
@@ -430,7 +430,7 @@ class BaseSystem(Tabled):
 
     @contextmanager
     def _explaining(self, state: Callable[[], _core.State], when: str = "") -> Iterator[None]:
-        """A context for what is asked of one state."""
+        """A context in which the error about bodies that overlap tells how far apart they are in a state."""
         try:
             yield
         except BodiesOverlap as error:

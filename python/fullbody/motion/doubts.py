@@ -38,7 +38,9 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
 
 
 def _unbound(system: BaseSystem, start: _core.State, masses: Any) -> Iterator[str]:
-    """Whether a body leaves the others much faster than their attraction can be meant to hold it."""
+    """Whether a body is so much faster than the others' speed of escape that their attraction can hardly be meant to
+    hold it.
+    """
     speed, escape = np.empty((2, len(masses)))
     for body, (others, apart) in enumerate(_distances(start.position)):
         rest = masses[others]

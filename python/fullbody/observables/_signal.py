@@ -36,7 +36,7 @@ def slope(time: _Array, values: _Array, power: int = 1) -> float:
     Physica D 67, 257).
     """
     phase = (time - time[0]) / (time[-1] - time[0])
-    # Of a handful of samples even the ends count.
+    # A handful of samples keep some weight even at the ends.
     weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)
     centred = time - np.average(time, weights=weight)
     return float((weight * centred) @ values / ((weight * centred) @ centred))

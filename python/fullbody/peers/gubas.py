@@ -16,7 +16,7 @@ from ._text import naming
 if TYPE_CHECKING:
     from ..model.state import State
     from ..motion.simulation import System
-    from ._gubas_files import Setup
+    from ._gubas_files import Start
 
 __all__ = ["read_gubas"]
 
@@ -96,15 +96,15 @@ def read_gubas(
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
     if as_path(path).suffix.lower() == ".cfg":
-        setup, doubt = read_config(path, euler)
+        start, doubt = read_config(path, euler)
         if doubt is not None:
             caution(f"{path} gives Euler angles, {doubt}", UserWarning)
     else:
-        setup = read_numbers(path)
-    return _build(path, setup, units, options)
+        start = read_numbers(path)
+    return _build(path, start, units, options)
 
 
-def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tuple[System, State]:
+def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tuple[System, State]:
     from ..model.state import State
     from ..motion.simulation import System
 
@@ -114,21 +114,21 @@ def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tup
         bodies = [
             Body(_shape(flag, axes), density=density, name=name)
             for name, flag, axes, density in zip(
-                ("primary", "secondary"), setup.shapes, setup.semi_axes, setup.densities, strict=True
+                ("primary", "secondary"), start.shapes, start.semi_axes, start.densities, strict=True
             )
         ]
-        system = System(bodies, G=setup.G, units=_UNITS if units else None, **options)
-        q_a = quaternion(setup.a_to_n)
-        q_b = quaternion(setup.a_to_n @ setup.b_to_a)
+        system = System(bodies, G=start.G, units=_UNITS if units else None, **options)
+        q_a = quaternion(start.a_to_n)
+        q_b = quaternion(start.a_to_n @ start.b_to_a)
         total = sum(body.mass for body in bodies)
         share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
         attach = system._units.attach
         state = State(
-            attach(share * (setup.a_to_n @ setup.position), "length"),
-            attach(share * (setup.a_to_n @ setup.velocity), "velocity"),
+            attach(share * (start.a_to_n @ start.position), "length"),
+            attach(share * (start.a_to_n @ start.velocity), "velocity"),
             np.array([q_a, q_b]),
-            attach(np.array([setup.spin_a, setup.spin_b]), "spin"),
-            attach(np.float64(setup.start), "time"),
+            attach(np.array([start.spin_a, start.spin_b]), "spin"),
+            attach(np.float64(start.time), "time"),
         )
     return system, state._named(system.names)
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, get_args
 from .. import _core
 from ..base.arguments import named_options
 from ..base.units import gathered, is_quantity, numbers, scalar, strip_to
-from ..base.values import Alike
+from ..base.values import ScalarFields
 from ..errors import InvalidInput, PrecisionWarning, caution
 
 __all__ = [
@@ -25,7 +25,7 @@ __all__ = [
 _Scheme = Literal["ABA864", "ABA1064", "leapfrog"]
 
 
-class Integrator(Alike):
+class Integrator(ScalarFields):
     """Base of all integrators."""
 
     __slots__ = ()

@@ -1,4 +1,4 @@
-"""One body of a pair as papers describe it."""
+"""One body of a binary as papers describe it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from .. import frames
 from ..base import rotations
-from ..base.arguments import doubt_radians, named_options, pole, positive
+from ..base.arguments import doubt_radians, longitude_latitude, named_options, positive
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
-from ..base.values import Record, same
+from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from ..model.bodies import Ellipsoid
 
@@ -22,7 +22,7 @@ __all__ = ["Component"]
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Component(Record, Tabled):
+class Component(ArrayFields, Tabled):
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters
@@ -37,7 +37,7 @@ class Component(Record, Tabled):
         With ``diameter``; one and one for a sphere. The second is b/c, as light curves are modelled with; of published
         a/b and a/c it is the latter by the former: ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
     mass, density : float or Quantity, optional
-        At most one of the two. Without either the mass follows from what is known of the pair.
+        At most one of the two. Without either the mass follows from what is known of the binary.
     rotation_period : float or Quantity, optional
         Of the spin about the body's z-axis; negative for a spin against it, infinite for none. Without it a body that
         is not synchronous starts without rotation too, with a warning.
@@ -85,7 +85,7 @@ class Component(Record, Tabled):
         doubt_radians(self.tilt, f"tilt of {called}")
         doubt_radians(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
-            pole(self.pole, f"pole of {called}")
+            longitude_latitude(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
             raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
         for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
@@ -98,7 +98,7 @@ class Component(Record, Tabled):
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     def _tables(self) -> tuple[Table, ...]:
-        """What is given of one body of a pair, and not what it is without that."""
+        """The given parameters of one body, without those that have their default."""
         rows: list[Sequence[str]] = []
         for part in fields(self):
             value = getattr(self, part.name)

@@ -73,7 +73,7 @@ class Published:
         return self.values[name].value
 
     def table(self) -> str:
-        """The whole as text."""
+        """All of it as text."""
         lines = [f"{name}: {value} [{value.source}]" for name, value in self.values.items()]
         lines += [f"frame of the poles and elements: {self.frame}", f"epoch of time zero: {self.epoch or 'arbitrary'}"]
         lines += [f"assumed: {text}" for text in self.assumed]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ FACTS = Published(
 
 @named_options
 @documented(FACTS)
-def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def antiope(*, frame: Frame = "ecliptic", units: UnitsChoice = False, **options: Any) -> tuple[System, State]:
     """(90) Antiope, two almost equal and nearly hydrostatic bodies a diameter apart.
 
     Parameters
@@ -78,7 +78,7 @@ def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     >>> print(f"{system.bodies[0].density / 1e12:.2f} g/cm^3")
     1.26 g/cm^3
     """
-    return pair(
+    return published_binary(
         FACTS,
         Component(diameters=FACTS["axes of the first"], rotation_period=FACTS["orbital period"], name="Antiope"),
         Component(diameters=FACTS["axes of the second"], name="S/2000 (90) 1"),

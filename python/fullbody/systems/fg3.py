@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def fg3_1996(
     primary_ratios: tuple[float, float] = (1.0, 1.0),
     secondary_ratios: tuple[float, float] = (1.0, 1.0),
     frame: Frame = "ecliptic",
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(175706) 1996 FG3.
@@ -85,7 +85,7 @@ def fg3_1996(
     3.38e+12 kg
     """
     density = 1e12 * FACTS["density"]
-    return pair(
+    return published_binary(
         FACTS,
         Component(
             diameter=FACTS["diameter of the primary"],

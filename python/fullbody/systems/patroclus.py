@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, G, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -43,7 +43,9 @@ FACTS = Published(
 
 @named_options
 @documented(FACTS)
-def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def patroclus_menoetius(
+    *, frame: Frame = "equatorial", units: UnitsChoice = False, **options: Any
+) -> tuple[System, State]:
     """(617) Patroclus and Menoetius, a Trojan pair of almost equal bodies.
 
     Parameters
@@ -72,7 +74,7 @@ def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, *
     0.44
     """
     period = 24.0 * FACTS["orbital period"]
-    return pair(
+    return published_binary(
         FACTS,
         Component(diameters=FACTS["axes of Patroclus"], rotation_period=period, name="Patroclus"),
         Component(diameters=FACTS["axes of Menoetius"], name="Menoetius"),

@@ -111,7 +111,7 @@ class View:
 
     def _repr_html_(self) -> str:
         page = html.escape(self.to_html(), quote=True)
-        # A notebook that is not trusted shows the text alone; otherwise the picture lies on it.
+        # A notebook that is not trusted shows the text alone; in a trusted one the picture covers it.
         return (
             '<div style="height:1.6em;line-height:1.6em">Interactive view: run this cell, or trust the notebook.</div>'
             f'<iframe srcdoc="{page}" sandbox="allow-scripts" title="{html.escape(self._title)}" '

@@ -76,7 +76,7 @@ pub enum Condition<'a> {
     Function(Box<StateFunction<'a>>),
 }
 
-/// What the functions are made from.
+/// The quantities that the functions are made from.
 pub(super) struct Place<'a> {
     pub equations: &'a Dynamics,
     pub time: f64,
