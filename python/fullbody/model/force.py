@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..base.arguments import name_of, place
-from ..base.values import Alike
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Call:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Force(Alike):
+class Force(ScalarFields):
     """Base of all forces.
 
     Attributes

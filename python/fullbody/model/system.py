@@ -323,7 +323,10 @@ class BaseSystem(Tabled):
         """The place of a force by its name, or an error that says which there are."""
         names = [force.name for force in self._forces]
         if name not in names:
-            raise InvalidInput(f"{what} is {name!r}; " + (suggestion(str(name), names, "one") if names else "expected a force of a system that has some"))
+            expected = (
+                suggestion(str(name), names, "one") if names else "expected a force of the system, which has none"
+            )
+            raise InvalidInput(f"{what} is {name!r}; {expected}")
         return names.index(str(name))
 
     def interactions(self, state: State) -> Interactions:
