@@ -28,7 +28,7 @@ SIGNATURE = ctypes.CFUNCTYPE(
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Function(Force):
     """A force of your own: a function of Python, or a compiled one.
 

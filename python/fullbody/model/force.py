@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from ..base.arguments import name_of, place
-from ..base.values import ScalarFields
+from ..base.arguments import name_of, named_options, place
+from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ class Call:
         return (self.address, self.data, self.keep)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@named_options
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Force(ScalarFields):
     """Base of all forces.
 
@@ -69,6 +70,19 @@ class Force(ScalarFields):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.name))
+
+    def __repr__(self) -> str:
+        entries = sorted(fields(self), key=lambda entry: entry.name == "name")
+        given = ((entry, getattr(self, entry.name)) for entry in entries)
+        parts = (
+            f"{entry.name}={brief(value)}"
+            for entry, value in given
+            if entry.default is MISSING or not same(value, entry.default)
+        )
+        return f"{type(self).__name__}({', '.join(parts)})"
 
     def _usual_name(self) -> str:
         """The name where none is given."""
