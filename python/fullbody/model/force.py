@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..base.units import Units
     from .bodies import Body
 
-__all__ = ["Call", "Force", "Ground"]
+__all__ = ["Call", "Force", "Ground", "rebuilt"]
 
 #: The kinds of forces by their names.
 KINDS: dict[str, type[Force]] = {}
@@ -103,3 +103,11 @@ class Force(ScalarFields):
     def _call(self, ground: Ground) -> Call | None:
         """The function that the core calls, of a force that is one."""
         return None
+
+
+def rebuilt(described: dict[str, Any], units: Units) -> Force:
+    """The force of a description in numbers of these units, which may come from a file."""
+    kind = described["kind"]
+    if kind not in KINDS:
+        raise InvalidInput(f"force is of the kind {kind!r}; expected one of {', '.join(KINDS)}")
+    return KINDS[kind]._of_core(described, units)

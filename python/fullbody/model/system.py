@@ -16,7 +16,7 @@ from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
-from .force import KINDS, Force, Ground
+from .force import Force, Ground, rebuilt
 from .interactions import Energy, Interactions, Loads
 from .state import State
 
@@ -534,8 +534,7 @@ class BaseSystem(Tabled):
         options = dict(described["options"])
         options["order"] = None if options["order"] is None else tuple(options["order"])
         forces = [
-            (functions or {}).get(force["name"]) or KINDS[force["kind"]]._of_core(force, Units(units))
-            for force in described.get("forces", ())
+            (functions or {}).get(force["name"]) or rebuilt(force, Units(units)) for force in described.get("forces", ())
         ]
         return cls(bodies, described["G"], units=units, forces=forces, **options)
 
