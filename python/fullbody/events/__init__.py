@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Alignment",
     "Apoapsis",
+    "ClosestApproach",
     "Contact",
     "Escape",
     "Event",
@@ -251,6 +252,37 @@ class Alignment(_TwoBodyEvent):
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
         return _core.Condition.Alignment(*self._places(system))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class ClosestApproach(Event):
+    """A third body is nearest to the system's barycentre.
+
+    Parameters
+    ----------
+    force : str
+        The name of a :class:`fullbody.forces.ThirdBody` of the system.
+    terminal : bool
+
+    Examples
+    --------
+    A planet passes on a hyperbola; its periapsis is at the time 0, and the pull moves the barycentre a little.
+
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> orbit = fullbody.KeplerElements(a=-500.0, e=1.5, i=0.2, Omega=0.0, omega=0.0, M=0.0)
+    >>> planet = fullbody.forces.ThirdBody(mu=1.0, orbit=orbit, of="body", name="Earth")
+    >>> approach = fullbody.events.ClosestApproach("Earth")
+    >>> run = system.with_forces([planet]).integrate(state.replace(time=-5.0), 5.0, events=[approach])
+    >>> [bool(abs(happened.time) < 1e-3) for happened in run.events]
+    [True]
+    """
+
+    force: str = ""
+
+    def _condition(self, system: BaseSystem) -> _core.Condition:
+        return _core.Condition.ClosestApproach(system._force(self.force, "force of ClosestApproach"))
 
 
 @named_options

@@ -27,8 +27,21 @@ SIGNATURE = ctypes.CFUNCTYPE(
 )
 
 
+@dataclass(frozen=True)
+class Unstored:
+    """The function of a force from a file, which keeps the force's name alone."""
+
+    name: str
+
+    def __call__(self, time: Any, state: State) -> Any:
+        """Raise an error that says where the function is to be given again."""
+        raise InvalidInput(
+            f"the function of {self.name} is not in the file; give it again: system.with_forces([Function(...), ...])"
+        )
+
+
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Function(Force):
     """A force of your own: a function of Python, or a compiled one.
 
@@ -101,11 +114,7 @@ class Function(Force):
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         name = described["name"]
-
-        def missing(time: Any, state: State) -> Any:
-            raise InvalidInput(f"the function of {name} is not kept in files; expected it to be given again")
-
-        return cls(missing, depends_on_velocity=described["depends_on_velocity"], name=name)
+        return cls(Unstored(name), depends_on_velocity=described["depends_on_velocity"], name=name)
 
     def _call(self, ground: Ground) -> Call:
         compiled = _compiled(self.function, self.name)

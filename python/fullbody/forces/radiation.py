@@ -18,7 +18,7 @@ __all__ = ["Byorp", "Yorp"]
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Yorp(Force):
     """The torque of radiation on a body, a mean over its rotation and its orbit round the Sun.
 
@@ -94,7 +94,7 @@ class Yorp(Force):
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Byorp(Force):
     """The force of radiation on a synchronous secondary along its motion, a mean over both orbits.
 

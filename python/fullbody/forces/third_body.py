@@ -21,7 +21,7 @@ _ANGLES = ("i", "Omega", "omega", "M")
 
 
 @named_options
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.
 

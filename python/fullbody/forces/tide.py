@@ -18,7 +18,7 @@ __all__ = ["Tide", "lag_from_quality_factor"]
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tide(Force):
     """The tide that one body raises on another, with a constant time lag, for any orbit and any spin.
 
@@ -92,6 +92,7 @@ class Tide(Force):
         return cls(**given, lag=lag, radius=radius)
 
 
+@named_options
 def lag_from_quality_factor(
     Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
 ) -> Any:

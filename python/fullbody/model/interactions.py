@@ -45,7 +45,7 @@ class Interactions(ArrayFields, Tabled):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Loads(Record):
+class Loads(ArrayFields):
     """What one force from outside does in a state.
 
     Attributes

@@ -17,7 +17,7 @@ from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
-from .force import KINDS, Force, Ground
+from .force import Force, Ground, rebuilt
 from .interactions import Energy, Interactions, Loads
 from .state import State
 
@@ -327,7 +327,10 @@ class BaseSystem(Tabled):
         """The place of a force by its name, or an error that says which there are."""
         names = [force.name for force in self._forces]
         if name not in names:
-            raise InvalidInput(f"{what} is {name!r}; " + (suggestion(str(name), names, "one") if names else "expected a force of a system that has some"))
+            expected = (
+                suggestion(str(name), names, "one") if names else "expected a force of the system, which has none"
+            )
+            raise InvalidInput(f"{what} is {name!r}; {expected}")
         return names.index(str(name))
 
     def interactions(self, state: State) -> Interactions:
@@ -535,8 +538,7 @@ class BaseSystem(Tabled):
         options = dict(described["options"])
         options["order"] = None if options["order"] is None else tuple(options["order"])
         forces = [
-            (functions or {}).get(force["name"]) or KINDS[force["kind"]]._of_core(force, Units(units))
-            for force in described.get("forces", ())
+            (functions or {}).get(force["name"]) or rebuilt(force, Units(units)) for force in described.get("forces", ())
         ]
         return cls(bodies, described["G"], units=units, forces=forces, **options)
 
