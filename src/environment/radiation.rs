@@ -4,7 +4,7 @@
 //! across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres (2010),
 //! Icarus 209, 494, for the force along the secondary's motion.
 
-use super::{Loads, Scene, Switch, place, two_places};
+use super::scene::{Loads, Scene, Switch, place, two_places};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;

@@ -8,7 +8,7 @@
 //! the opposite acts on the deformed body, and its torque is -r x F. Only what the lag adds is here: the figure is rigid, so that
 //! the bulges of the tide and of the rotation are part of it.
 
-use super::{Loads, Scene, two_places};
+use super::scene::{Loads, Scene, two_places};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;

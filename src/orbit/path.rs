@@ -74,6 +74,13 @@ impl OrbitPath {
     }
 }
 
+impl KeplerElements {
+    /// Position and velocity for mu = G (m_1 + m_2).
+    pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
+        OrbitPath::new(self, mu)?.after(0.0)
+    }
+}
+
 /// The same positions many times in a row, from the Chebyshev polynomial of the stretch of time around them. Stretches are laid out
 /// once and for all, so that a position does not depend on what was asked before.
 #[derive(Debug, Clone)]
