@@ -55,18 +55,7 @@ def rebuild(described: dict[str, Any]) -> Integrator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Adaptive(Integrator):
-    """A Runge-Kutta pair with step control.
-
-    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale at
-    the start: positions against the nearest separation, velocities against their own size or that of a circular orbit
-    there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure numbers.
-
-    Parameters
-    ----------
-    rtol, atol : float
-        From 0 to below 1, not both zero. Where their sum is below what doubles can do, rtol is raised to that, with a
-        warning.
-    """
+    """A Runge-Kutta pair with step control; :class:`Verner98` describes its tolerances."""
 
     #: Whether tolerances of zero mean the tightest steps that are of use.
     _to_roundoff: ClassVar[bool] = False
