@@ -75,7 +75,13 @@ pub fn check(bytes: &[u8]) {
             refused(&outcome, near, &what);
             continue;
         };
-        assert!(energy.is_finite() && *energy < 0.0, "{method} {energy} {what}");
+        let mut numbers = f.force_on_first.iter().chain(&f.torque_first).chain(&f.torque_second);
+        assert!(energy.is_finite() && numbers.all(|x| x.is_finite()), "{method} {f:?} {energy} {what}");
+        // Within reach of the longest axes a series has no sum.
+        if matches!(method, Method::Multipole(_)) && distance < 2.0 * (levers[0] + levers[1]) {
+            continue;
+        }
+        assert!(*energy < 0.0, "{method} {energy} {what}");
         // M_A + M_B + r x F_B = 0, where the last term is the difference of two large numbers.
         let torques = first * f.torque_first + second * f.torque_second;
         let left = (torques - separation.cross(&f.force_on_first)).norm();
