@@ -6,9 +6,10 @@ use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
 use fullbody::shape::{Shape, contact_function};
 
-/// Agreement of two rules made for 1e-14: relative to the force, to the energy, and of torques to the force times the body's own
-/// largest semi-axis.
+/// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's own largest semi-axis.
 const AGREEMENT: f64 = 3e-14;
+/// That of the energies, for which no rule is chosen: next to contact the surface rule sums tens of thousands of them.
+const ENERGY: f64 = 3e-13;
 
 /// Numbers from 0 to 1 out of bytes; zeros after the last.
 struct Numbers<'a>(std::slice::Iter<'a, u8>);
@@ -133,5 +134,6 @@ fn agree(one: (&Interaction, f64), other: (&Interaction, f64), levers: [f64; 2],
         let difference = difference.norm();
         assert!(difference <= AGREEMENT * scale, "{quantity} {:e} {what}", difference / scale);
     }
-    assert!((energy / its_energy - 1.0).abs() <= AGREEMENT, "energy {energy:e} {its_energy:e} {what}");
+    let difference = (energy / its_energy - 1.0).abs();
+    assert!(difference <= ENERGY, "energy {energy:e} {its_energy:e} {what}");
 }
