@@ -15,9 +15,9 @@ use super::checkpoint::Checkpoint;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
-use crate::dynamics::{BarycentricFrame, Invariants, Settings, System};
+use crate::dynamics::{BarycentricFrame, Invariants, Settings, State, System};
 use crate::environment::{Call, Force};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require_finite, require_positive};
 use crate::patience::Patience;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -71,6 +71,18 @@ struct Start {
     scales: Vec<[f64; 3]>,
     /// The conserved quantities there, as [`Invariants::numbers`] gives them.
     conserved: [f64; 8],
+}
+
+impl Start {
+    /// Refuses numbers that no simulation starts with.
+    fn check(&self) -> Result<()> {
+        require_finite("epoch of a simulation", &[self.epoch])?;
+        require_finite("barycentre of a simulation", &self.barycentre)?;
+        require_finite("velocity of the barycentre of a simulation", &self.barycentre_velocity)?;
+        let scales = self.scales.iter().flatten();
+        scales.copied().try_for_each(|scale| require_positive("scale of a simulation", scale))?;
+        require_finite("what is conserved in a simulation", &self.conserved)
+    }
 }
 
 impl Simulation {
@@ -228,7 +240,10 @@ impl Contents {
             let expected = format!("{}, as of bodies", frame.layout.bodies);
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
+        self.start.check()?;
         let (time, high, low) = self.now.place();
+        let State { time: now, position, velocity, attitude, spin } = frame.state(time, high, low);
+        State::new(now, position, velocity, attitude, spin)?;
         let mut motion = Motion::new(system.dynamics(&frame, patience)?, high);
         motion.initial = self.start.scales;
         let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;

@@ -6,9 +6,10 @@ use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
 use fullbody::shape::{Shape, contact_function};
 
-/// Agreement of two rules made for 1e-14: relative to the force, to the energy, and of torques to the force times the body's own
-/// largest semi-axis.
+/// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's own largest semi-axis.
 const AGREEMENT: f64 = 3e-14;
+/// That of the energies, for which no rule is chosen: next to contact the surface rule sums tens of thousands of them.
+const ENERGY: f64 = 3e-13;
 
 /// Numbers from 0 to 1 out of bytes; zeros after the last.
 struct Numbers<'a>(std::slice::Iter<'a, u8>);
@@ -75,7 +76,13 @@ pub fn check(bytes: &[u8]) {
             refused(&outcome, near, &what);
             continue;
         };
-        assert!(energy.is_finite() && *energy < 0.0, "{method} {energy} {what}");
+        let mut numbers = f.force_on_first.iter().chain(&f.torque_first).chain(&f.torque_second);
+        assert!(energy.is_finite() && numbers.all(|x| x.is_finite()), "{method} {f:?} {energy} {what}");
+        // Within reach of the longest axes a series has no sum.
+        if matches!(method, Method::Multipole(_)) && distance < 2.0 * (levers[0] + levers[1]) {
+            continue;
+        }
+        assert!(*energy < 0.0, "{method} {energy} {what}");
         // M_A + M_B + r x F_B = 0, where the last term is the difference of two large numbers.
         let torques = first * f.torque_first + second * f.torque_second;
         let left = (torques - separation.cross(&f.force_on_first)).norm();
@@ -127,5 +134,6 @@ fn agree(one: (&Interaction, f64), other: (&Interaction, f64), levers: [f64; 2],
         let difference = difference.norm();
         assert!(difference <= AGREEMENT * scale, "{quantity} {:e} {what}", difference / scale);
     }
-    assert!((energy / its_energy - 1.0).abs() <= AGREEMENT, "energy {energy:e} {its_energy:e} {what}");
+    let difference = (energy / its_energy - 1.0).abs();
+    assert!(difference <= ENERGY, "energy {energy:e} {its_energy:e} {what}");
 }
