@@ -232,8 +232,10 @@ def test_next_to_no_mass_is_no_force():
     assert (run.position == free.position).all()
     assert (run.spin == free.spin).all()
     effects = [
-        np.abs(relative(system.with_forces([sun(mu=1e6 * f)]).integrate(state, 20.0, output=[20.0]))
-               - relative(system.integrate(state, 20.0, output=[20.0]))).max()
+        np.abs(
+            relative(system.with_forces([sun(mu=1e6 * f)]).integrate(state, 20.0, output=[20.0]))
+            - relative(system.integrate(state, 20.0, output=[20.0]))
+        ).max()
         for f in (1e-3, 1e-4)
     ]
     assert effects[0] / effects[1] == pytest.approx(10.0, rel=0.05)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fullbody.forces import ThirdBody
 from scenes import at_rest, body_alone
-from support import inertia, matrix, worst
+from support import inertia, matrix, quaternion_product, worst
 
 AXES = (1.0, 0.8, 0.5)
 ATTITUDE = (0.5, 0.1, -0.7, 0.5)
@@ -55,8 +55,8 @@ def loads(distance, axes=AXES, mass=2.0, mu=3.0, direction=DIRECTION):
 def test_the_torque_keeps_its_digits_near_and_far(distance, axes):
     _, torque, x, _ = loads(distance, axes)
     _, expected = exact(axes, 2.0, x, 3.0)
-    # Rounding of the place, 1e-16, turns it against the axes.
-    assert worst(torque, expected) < 3e-15
+    # Near the body it is the difference of two of Carlson's integrals.
+    assert worst(torque, expected) < (1e-14 if distance < 10 else 3e-15)
 
 
 @pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8])
@@ -136,7 +136,7 @@ def test_the_precession_of_an_oblate_body(e, obliquity):
     run = system.with_forces([third]).integrate(
         state, year, output=[0.0, year], integrator=fullbody.Verner98(rtol=1e-10, atol=1e-10)
     )
-    pole = run.angular_momentum - 0.0
+    pole = run.angular_momentum
     node = np.arctan2(pole[:, 1], pole[:, 0])
     expected = -1.5 * n_s**2 / omega * H * np.cos(eps) * (1 - e * e) ** -1.5
     assert np.diff(node)[0] / year == pytest.approx(expected, rel=10 * n_s / omega)
@@ -145,39 +145,31 @@ def test_the_precession_of_an_oblate_body(e, obliquity):
     assert np.diff(tilt)[0] == pytest.approx(0.0, abs=10 * n_s / omega * abs(expected) * year)
 
 
-def test_the_pole_of_didymos():
-    """Some -0.009 degrees a year: the mean of the Sun's torque over its orbit and turns of the body, of the shape published."""
-    from astropy import units as u
+@pytest.mark.parametrize(("obliquity", "degrees"), [(12.0, -0.0091), (168.0, 0.0091)])
+def test_the_pole_of_didymos(obliquity, degrees):
+    """0.009 degrees a year in longitude: the Sun's torque, a mean over its orbit and over turns of the body.
 
+    The pole is at 168 degrees from the orbit's normal, so that it goes forwards; upright it would go back.
+    """
     published, start = fullbody.systems.didymos()
     body = published["Didymos"]
-    day = 24.0
-    year = 365.25 * day
-    axes = np.array([body.shape.a, body.shape.b, body.shape.c])
-    a, e = (1.6427 * u.au).to_value(u.km), 0.3836
-    alone = fullbody.System([body], G=published.G)
-    mu = 1.32712440018e11 * 3600.0**2
-    omega = start.spin[0, 2]
-    # The pole at 168 degrees from the orbit's normal, towards -y.
-    eps = np.radians(168.0)
-    moments = inertia(body.mass, axes)
-    H = (moments[2] - moments[:2].mean()) / moments[2]
-    n_s = np.sqrt(mu / a**3)
-    expected = 1.5 * n_s**2 / omega * H * np.cos(eps) * (1 - e * e) ** -1.5
-    totals = []
-    for M in 2 * np.pi * np.arange(64) / 64:
+    system = fullbody.System([body], G=published.G)
+    a, e, mu = 1.6427 * 149597870.7, 0.3836, 1.32712440018e11 * 3600.0**2
+    omega, eps = start.spin[0, 2], np.radians(obliquity)
+    moments = inertia(body.mass, [body.shape.a, body.shape.b, body.shape.c])
+    H = 1.0 - moments[:2].mean() / moments[2]
+    torque = np.zeros(3)
+    for M in 2 * np.pi * np.arange(40) / 40:
         third = ThirdBody(mu=mu, orbit=fullbody.KeplerElements(a, e, 0, 0, 0.5, M), of="system", name="Sun")
-        for turned in 2 * np.pi * np.arange(4) / 4:
-            q = [
-                np.cos(eps / 2) * np.cos(turned / 2),
-                np.sin(eps / 2) * np.cos(turned / 2),
-                -np.sin(eps / 2) * np.sin(turned / 2),
-                np.cos(eps / 2) * np.sin(turned / 2),
-            ]
+        world = system.with_forces([third])
+        for turned in (0.0, np.pi / 2):
+            q = quaternion_product(
+                [np.cos(eps / 2), np.sin(eps / 2), 0, 0], [np.cos(turned / 2), 0, 0, np.sin(turned / 2)]
+            )
             state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[q], spin=[[0, 0, omega]])
-            totals.append(state.rotation_matrix[0] @ alone.with_forces([third]).loads(state)["Sun"].torque[0])
-    torque = np.mean(totals, axis=0)
+            torque += matrix(q) @ world.loads(state)["Sun"].torque[0] / 80
     # The pole stands at (0, -sin eps, cos eps); its longitude changes by what moves it along x.
     rate = torque[0] / (moments[2] * omega * np.sin(eps))
-    assert rate == pytest.approx(expected, rel=1e-6)
-    assert np.degrees(rate) * year == pytest.approx(-0.009, abs=0.0006)
+    expected = -1.5 * mu / a**3 / omega * H * np.cos(eps) * (1 - e * e) ** -1.5
+    assert rate == pytest.approx(expected, rel=1e-8)
+    assert np.degrees(rate) * 24 * 365.25 == pytest.approx(degrees, abs=5e-5)
