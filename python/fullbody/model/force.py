@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cbrt, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..base.arguments import name_of, place
@@ -76,6 +77,18 @@ class Force(Alike):
 
     def _place(self, ground: Ground, role: str) -> int:
         return place(getattr(self, role), ground.names, f"{role} of {self.name}")
+
+    def _radius(self, ground: Ground, index: int) -> float:
+        """The radius that the force was given, or that of the sphere of the body's volume."""
+        given = getattr(self, "radius", None)
+        if given is not None:
+            return ground.units.number(given, "length", f"radius of {self.name}")
+        volume = float(ground.body(index).volume)
+        if volume == 0.0:
+            raise InvalidInput(
+                f"radius of {self.name} is not given, and {ground.names[index]} is a point; expected a radius"
+            )
+        return float(cbrt(0.75 * volume / pi))
 
     def _describe(self, ground: Ground) -> dict[str, Any]:
         """The force in numbers of a system's units, as the core takes it."""
