@@ -35,8 +35,9 @@ _RATES = ("acceleration", "rossi_2009")
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     """The mean pressure of sunlight along an orbit round the Sun.
 
-    The mean over time of L / (4 pi c d^2), which is L / (4 pi c a^2 sqrt(1 - e^2)): what a black plate feels that faces the
-    Sun. L is the nominal luminosity of the IAU, with which L / (4 pi c) is 1.0161e17 N; papers round that to 1e17 N.
+    The mean over time of L / (4 pi c d^2), which is L / (4 pi c a^2 sqrt(1 - e^2)): what a black plate feels that
+    faces the Sun. L is the nominal luminosity of the IAU, with which L / (4 pi c) is 1.0161e17 N; papers round that
+    to 1e17 N.
 
     Parameters
     ----------
@@ -198,10 +199,10 @@ class Yorp(Force):
 class Byorp(Force):
     """The force of radiation on a synchronous secondary along its motion, a mean over both orbits.
 
-    It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45 degrees
-    of the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a pendulum which does
-    not turn over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. :attr:`Run.switched_off` counts how often it
-    was lost.
+    It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45
+    degrees of the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a
+    pendulum which does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3.
+    :attr:`Run.switched_off` counts how often it was lost.
 
     Parameters
     ----------
@@ -210,8 +211,8 @@ class Byorp(Force):
     about : int or str
         The body that it moves about.
     force : float, Quantity or str
-        Along the motion: in the plane of the orbit, across the line to the other body. Above zero the orbit grows. Or else
-        a ``coefficient``.
+        Along the motion: in the plane of the orbit, across the line to the other body. Above zero the orbit grows. Or
+        else a ``coefficient``.
     coefficient : float
         Dimensionless, with the ``normalization`` and the ``pressure`` that go with it.
     normalization : str
