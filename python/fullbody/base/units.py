@@ -35,6 +35,8 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "angular momentum": (2, -1, 1, 0),
     "potential": (2, -2, 0, 0),
     "acceleration": (1, -2, 0, 0),
+    "angular acceleration": (0, -2, 0, 1),
+    "pressure": (-1, -2, 1, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
 }
@@ -49,6 +51,10 @@ _EXAMPLES = {
     "velocity": "m/s",
     "spin": "rad/h",
     "angle": "deg",
+    "force": "N",
+    "torque": "N m",
+    "angular acceleration": "rad/day2",
+    "pressure": "Pa",
     "G": "m3/(kg s2)",
     "mu": "km3/s2",
 }

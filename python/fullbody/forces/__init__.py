@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from ..model.force import Force
 from .function import Function
-from .radiation import Byorp, Yorp
+from .radiation import Byorp, Yorp, solar_pressure
 from .third_body import ThirdBody
 from .tide import Tide, lag_from_quality_factor
 
-__all__ = ["Byorp", "Force", "Function", "ThirdBody", "Tide", "Yorp", "lag_from_quality_factor"]
+__all__ = ["Byorp", "Force", "Function", "ThirdBody", "Tide", "Yorp", "lag_from_quality_factor", "solar_pressure"]
 
 
 def __dir__() -> list[str]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
-
 from ..base.arguments import named_options, positive
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
@@ -68,13 +66,6 @@ class Tide(Force):
     def _describe(self, ground: Ground) -> dict[str, Any]:
         units, name = ground.units, self.name
         on, by = self._place(ground, "on"), self._place(ground, "by")
-        if self.radius is None:
-            volume = ground.body(on).volume
-            if volume == 0.0:
-                raise InvalidInput(f"radius of {name} is not given, and {ground.names[on]} is a point; expected a radius")
-            radius = float(np.cbrt(0.75 * volume / np.pi))
-        else:
-            radius = units.number(self.radius, "length", f"radius of {name}")
         return {
             "kind": "Tide",
             "name": name,
@@ -82,7 +73,7 @@ class Tide(Force):
             "by": ground.names[by],
             "k2": units.number(self.k2, "angle", f"k2 of {name}"),
             "lag": units.number(self.lag, "time", f"lag of {name}"),
-            "radius": radius,
+            "radius": self._radius(ground, on),
         }
 
     @classmethod
