@@ -42,7 +42,7 @@ def read_gubas(
     What is switched on beside gravity becomes forces of the system, computed rightly where GUBAS errs (see the
     warnings). "Flyby" and "Heliocentric Orbit" are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun.
     They go round the binary on the given elements, as there: elements of the binary about the Sun put the Sun opposite,
-    where it has the same tide but for the odd orders. The Sun's mass is the option "Solar Mass", as there. "Solar Gravity" is
+    where it has the same tide but for the odd orders. The Sun's mass is the option "Solar Mass". "Solar Gravity" is
     a Sun on a circular orbit in the plane z = 0, which is on the -x axis at the start. "Tidal Torque" is a
     :class:`fullbody.forces.Tide` on each body. The lag angle eps is turned into a lag by sin(2 eps) = f lag, where f is
     the larger one of 2 abs(omega - n) and n at the start, omega the body's spin and n the orbit's rate.
