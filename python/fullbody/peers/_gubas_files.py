@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
+from ._gubas_forces import Deformed, Orbit, Outside
 from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text
 
 _Array = npt.NDArray[np.float64]
@@ -37,9 +38,11 @@ class Start:
     spin_b: _Array
     a_to_n: _Array
     b_to_a: _Array
+    outside: Outside
 
 
 _POLYHEDRON = "the file asks for a polyhedron, which fullbody does not have"
+_TWO_SUNS = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
 #: Units of an angle in a comment, and not of a rate.
 _ANGLES = re.compile(r"\b(deg|rad)(?:rees?|ians?)?\b(?!\s*/|\s+per\b)", re.IGNORECASE)
 
@@ -94,10 +97,9 @@ class _Config(Text):
             self.fail(self.line(section, option), f"{option} is {value:g}; expected one of {allowed}")
         return int(value)
 
-    def refuse(self, section: str, option: str, what: str) -> None:
-        """Refuse a file in which this switch is on; without the option it is off."""
-        if self.has(section, option) and self.flag(section, option, (0, 1)) == 1:
-            self.fail(self.line(section, option), f"the file asks for {what}")
+    def on(self, section: str, option: str) -> bool:
+        """Whether a switch is on; without the option it is off."""
+        return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
 
     def angles(self, section: str) -> set[str]:
         """Which of "deg" and "rad" the comments of a section speak of."""
@@ -108,7 +110,11 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     """A ``.cfg``, and what is doubtful about its angles."""
     cfg = _Config(path)
     start, body = "Initial Conditions", "Body Model Definitions"
-    _refuse_others(cfg, start)
+    if cfg.on(start, "Fahnestock Input File Flag"):
+        line = cfg.line(start, "Fahnestock Input File Flag")
+        cfg.fail(
+            line, "the file asks for initial conditions of separate files (Fahnestock's), which fullbody does not read"
+        )
     shapes = []
     for name in ("Primary", "Secondary"):
         shapes.append(cfg.flag(body, f"{name} Shape Flag", (0, 1, 2)))
@@ -147,16 +153,46 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
         spin_b=spin_b,
         a_to_n=a_to_n,
         b_to_a=b_to_a,
+        outside=_outside(cfg),
     )
     return read, doubt
 
 
-def _refuse_others(cfg: _Config, start: str) -> None:
-    """Refuse what this package does not have."""
-    separate = "initial conditions of separate files (Fahnestock's), which fullbody does not read"
-    cfg.refuse(start, "Fahnestock Input File Flag", separate)
-    for option in ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque"):
-        cfg.refuse("Additional Forces and Perturbations", option, f"{option!r}, which fullbody does not have")
+def _outside(cfg: _Config) -> Outside:
+    """The forces that are switched on; only their numbers are looked for."""
+    section = "Additional Forces and Perturbations"
+    switches = ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque")
+    flyby, helio, hill, tides = (cfg.on(section, name) for name in switches)
+    if helio and hill:
+        cfg.fail(cfg.line(section, "Solar Gravity"), _TWO_SUNS)
+
+    def value(name: str, kind: str = NUMBER) -> float:
+        return cfg.value(section, name, kind)
+
+    def orbit(prefix: str, periapsis: str) -> Orbit:
+        names = ("Semimajor Axis", "Eccentricity", "Inclination", "RAAN", "Argument of Periapsis")
+        a, e, i, node, argument = (value(prefix + name) for name in names)
+        return a, e, i, node, argument, value(periapsis)
+
+    def deformed(body: str) -> Deformed:
+        radius = value(f"{body} Reference Radius", POSITIVE) / 1000.0
+        return Deformed(
+            value(f"{body} Love Number", NOT_NEGATIVE), radius, value(f"{body} Tidal Lag Angle", NOT_NEGATIVE)
+        )
+
+    found = Outside()
+    if flyby:
+        found.flyby = value("Planetary Mass", POSITIVE), orbit("", "Flyby Time")
+    if helio:
+        # The program takes this mass here, though the option stands in the part on the circular orbit.
+        found.sun = value("Solar Mass", POSITIVE), orbit("Heliocentric ", "Time of periapsis passage")
+    if hill:
+        distance = value("Solar Orbit Radius", POSITIVE) * value("AU Definition", POSITIVE) / 1000.0
+        mass = "Sun Mass" if cfg.has(section, "Sun Mass") else "Solar Mass"
+        found.circular = value(mass, POSITIVE), distance
+    if tides:
+        found.tides = deformed("Primary"), deformed("Secondary")
+    return found
 
 
 def _turn(cfg: _Config, section: str, name: str) -> _Array:
@@ -196,11 +232,12 @@ def _from_angles(angles: _Array, unit: str | None) -> _Array:
 
 #: Lines of ``ic_input.txt``: numbers, file names, the state, then settings whose number tells the layout.
 _BEFORE, _FILES, _STATE = 16, 8, 30
-#: Switches of each layout after four settings of the integrator, by the number of lines after the state.
+#: Switches of each layout after four settings of the integrator, by the number of lines after the state. Then come the
+#: numbers of those that are orbits (seven each), then those of the others.
 _TOGGLES = {
-    15: ("the Sun's gravity", "tidal torques"),
-    23: ("a fly-by", "the Sun's gravity", "tidal torques"),
-    31: ("a fly-by", "a heliocentric orbit", "the Sun's gravity", "tidal torques"),
+    15: ("hill", "tides"),
+    23: ("flyby", "hill", "tides"),
+    31: ("flyby", "sun", "hill", "tides"),
 }
 
 
@@ -222,9 +259,35 @@ def read_numbers(path: Any) -> Start:
         return np.array([value(first + k, what) for k in range(count)])
 
     toggles = _BEFORE + _FILES + _STATE + 4
-    for k, what in enumerate(_TOGGLES[rest]):
-        if value(toggles + k, "a switch") != 0:
-            file.fail(toggles + k + 1, f"the file asks for {what}, which fullbody does not have")
+    names = _TOGGLES[rest]
+    switched = {}
+    for k, name in enumerate(names):
+        flag = value(toggles + k, "a switch")
+        if flag not in (0, 1):
+            file.fail(toggles + k + 1, f"the switch is {flag:g}; expected 0 or 1")
+        switched[name] = flag == 1
+    if switched.get("sun") and switched["hill"]:
+        file.fail(toggles + names.index("hill") + 1, _TWO_SUNS)
+    outside, place = Outside(), toggles + len(names)
+    for name in ("flyby", "sun"):
+        if name in names:
+            if switched[name]:
+                a, e, i, node, argument, periapsis = values(place + 1, 6, "an element")
+                setattr(outside, name, (value(place, "a mass", POSITIVE), (a, e, i, node, argument, periapsis)))
+            place += 7
+    if switched["hill"]:
+        distance = value(place, "the Sun's distance", POSITIVE) * value(place + 1, "the length of an au", POSITIVE)
+        outside.circular = value(place + 8, "the Sun's mass", POSITIVE), distance
+    if switched["tides"]:
+        tides = [
+            Deformed(
+                value(place + 2 + k, "a Love number", NOT_NEGATIVE),
+                value(place + 4 + k, "a reference radius", POSITIVE) / 1000.0,
+                value(place + 6 + k, "a lag angle", NOT_NEGATIVE),
+            )
+            for k in (0, 1)
+        ]
+        outside.tides = tides[0], tides[1]
     shapes = []
     for index in (10, 11):
         flag = value(index, "a shape flag")
@@ -255,4 +318,5 @@ def read_numbers(path: Any) -> Start:
         spin_b=b_to_a.T @ state[9:12],
         a_to_n=a_to_n,
         b_to_a=b_to_a,
+        outside=outside,
     )

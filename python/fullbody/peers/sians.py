@@ -10,7 +10,8 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..base.units import Units
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
+from ..forces import ThirdBody
 from ..model.bodies import Body, Ellipsoid, PointMass
 from ..orbit.elements import KeplerElements
 from ._text import Text, naming
@@ -21,8 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["read_sians"]
 
-#: The program's own constant, m^3 kg^-1 s^-2.
+#: The program's own constant, m^3 kg^-1 s^-2, and its mass of the Sun, in the file's unit of mass.
 _G_SI = 6.67408e-11
+_SUN = 1.989e30
 #: Its names of units: (length, time, mass), G in them, and its periods in them (it takes "kms" periods as seconds).
 _UNITS: dict[str | None, tuple[tuple[str, str, str], float, float]] = {
     "SI": (("m", "s", "kg"), _G_SI, 86400.0),
@@ -47,6 +49,10 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     ``kepler: 1`` (period, eccentricity, inclination; node, argument of periapsis, mean longitude counted from the
     node) the first body rests at the origin and the second carries the whole relative state, as there.
 
+    With ``sun: 1`` positions and velocities count from the Sun, and Kepler elements of the first body are those of its
+    orbit about the Sun. The Sun of 1.989e30 (kg, or the file's unit) becomes a :class:`fullbody.forces.ThirdBody`, and
+    the state counts from the barycentre.
+
     Parameters
     ----------
     path : str or Path
@@ -66,8 +72,13 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     ------
     InvalidInput
         For what is not a number, with the file's line, or not there (``kepler`` decides whether positions are elements
-        and has no default); and for what this package does not have: polyhedra, the Sun's gravity, Kepler elements of
-        more than two bodies.
+        and has no default); and for what this package does not have: polyhedra, Kepler elements of more than two
+        bodies.
+
+    Warns
+    -----
+    UserWarning
+        For a file with the Sun: SIANS's pulls on the bodies' centres alone, here it also turns the bodies.
 
     Notes
     -----
@@ -120,12 +131,19 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     bodies = _bodies(file)
     angles = np.radians(file.vectors("angles"))
     spin = file.vectors("angular velocities")
+    masses = np.array([body.mass for body in bodies])
     if file.switches["kepler"] == 0:
-        position, velocity = file.vectors("positions"), file.vectors("velocities")
+        motion = np.array([file.vectors("positions"), file.vectors("velocities")])
     else:
-        position, velocity = _from_elements(file, G * sum(body.mass for body in bodies), day)
+        motion = _from_elements(file, G, masses, day)
+    forces = []
+    if file.switches["sun"]:
+        motion, orbit = _about_sun(file, motion, G, masses)
+        forces.append(ThirdBody(mu=G * _SUN, orbit=orbit, of="system", name="Sun"))
+    position, velocity = motion
     with naming(path):
         system = System(bodies, G=G, units=names, **options)
+        system = system.with_forces([*system.forces, *forces]) if forces else system
         attach = system._units.attach
         state = State.from_tait_bryan(
             attach(position, "length"),
@@ -134,6 +152,9 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
             attach(spin, "spin"),
             attach(np.float64(0.0), "time"),
         )
+    if forces:
+        text = "the Sun's gravity: SIANS's pulls on the bodies' centres alone; here it also turns the bodies"
+        caution(f"{path} asks for {text}", UserWarning)
     return system, state._named(system.names)
 
 
@@ -194,8 +215,6 @@ class _File(Text):
         if name in _SWITCHES:
             if value not in _SWITCHES[name]:
                 self.fail(line, f"{name} is {words[1]}; expected one of {_SWITCHES[name]}")
-            if name == "sun" and value == 1:
-                self.fail(line, "the file asks for the Sun's gravity, which fullbody does not have")
             self.switches[name] = int(value)
 
     def head(self, name: str) -> int:
@@ -269,12 +288,23 @@ def _names(file: _File, count: int) -> list[str | None]:
     return names or [None] * count
 
 
-def _from_elements(file: _File, mu: float, day: float | None) -> tuple[Any, Any]:
-    if len(file.rows("masses")) > 2:
+def _from_elements(file: _File, G: float, masses: Any, day: float | None) -> Any:
+    """Positions and velocities (2, 2, 3) from the first body, or where there is the Sun from that."""
+    if len(masses) > 2:
         file.fail(None, "the file gives Kepler elements for more than two bodies, which fullbody does not read")
     file.rows("binary ids", 2)
-    (node, periapsis, angle), (size, e, inclination) = (file.vectors(name)[1] for name in ("positions", "velocities"))
-    line = file.rows("velocities")[1][0]
+    first = np.zeros((2, 3))
+    if file.switches["sun"]:
+        first = _orbit(file, 0, G * (_SUN + masses[0]), day)
+    return np.stack([first, first + _orbit(file, 1, G * masses.sum(), day)], axis=1)
+
+
+def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
+    """Position and velocity (2, 3) by the elements in the rows of a body."""
+    (node, periapsis, angle), (size, e, inclination) = (
+        file.vectors(name)[body] for name in ("positions", "velocities")
+    )
+    line = file.rows("velocities")[body][0]
     node, periapsis, angle, inclination = np.radians([node, periapsis, angle, inclination])
     if file.switches["kepler"] == 1:
         if day is None:
@@ -282,7 +312,20 @@ def _from_elements(file: _File, mu: float, day: float | None) -> tuple[Any, Any]
         size = np.cbrt(mu * (size * day / (2 * np.pi)) ** 2)
         angle -= periapsis
     try:
-        r, v = KeplerElements(size, e, inclination, node, periapsis, angle).to_cartesian(mu)
+        return np.array(KeplerElements(size, e, inclination, node, periapsis, angle).to_cartesian(mu))
     except InvalidInput as error:
         file.fail(line, str(error))
-    return np.array([np.zeros(3), r]), np.array([np.zeros(3), v])
+
+
+def _about_sun(file: _File, motion: Any, G: float, masses: Any) -> tuple[Any, Any]:
+    """Positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
+    shares = masses / masses.sum()
+    # By way of the first body, which loses no digits.
+    from_first = motion - motion[:, :1]
+    barycentre = np.einsum("n,knx->kx", shares, from_first)
+    try:
+        r, v = motion[:, 0] + barycentre
+        orbit = KeplerElements.from_cartesian(r, v, G * (_SUN + masses.sum()))
+    except InvalidInput as error:
+        file.fail(file.head("positions"), f"orbit about the Sun: {error}")
+    return from_first - barycentre[:, None], orbit

@@ -23,6 +23,21 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     # or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
     spin = [0, 0, 0.3611]
 
+    [[forces]]                        # the arguments of a class of fullbody.forces; may be left out
+    kind = "ThirdBody"
+    name = "Sun"
+    mass = "1 M_sun"                  # or mu = ...
+    of = "system"                     # whose orbit it is: the system's about the Sun; "body": the third body's
+    orbit = { a = "0.64 au", e = 0.69, i = "38.9 deg", Omega = "245 deg", omega = "193 deg", M = 0 }
+    # or times = [0, 10, 20, 30] and positions = [[1e6, 0, 0], ...]
+
+    [[forces]]
+    kind = "Tide"                     # or "Yorp", "Byorp"
+    on = "Alpha"
+    by = "Beta"
+    k2 = 1e-5
+    lag = "30 s"
+
     [integrator]
     name = "Verner98"
     rtol = 1e-13
@@ -53,10 +68,11 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES
 from ..model.bodies import Body, Ellipsoid, PointMass, Sphere
+from ..model.force import Force
 from ..model.state import State
 from ..motion.simulation import System
-from ..orbit.elements import KeplerElements
 from ..record import integrators
+from .toml_forces import ELEMENTS, elements, force
 from .toml_table import Table
 
 if TYPE_CHECKING:
@@ -69,7 +85,6 @@ _BODY = (
     *("name", "semi_axes", "radius", "point", "mass", "density"),
     *("position", "velocity", "orbit", "angles", "attitude", "spin", "rotation_period"),
 )
-_ORBIT = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 #: The default first.
 _INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verner98"))
 _Array = npt.NDArray[np.float64]
@@ -149,12 +164,13 @@ def read_toml(path: Any) -> Setup:
     """
     path = as_path(path)
     top = Table(path, "", _content(path), Units())
-    top.only("system", "body", "integrator", "run")
+    top.only("system", "body", "forces", "integrator", "run")
     top.units = _units(top.table("system"))
     run, rows = top.table("run").only(*_RUN), top.tables("body")
     bodies = [_body(row) for row in rows]
     integrator = _integrator(top.table("integrator", required=False))
-    system = _system(top.table("system"), bodies)
+    forces = [force(row) for row in top.tables("forces")] if "forces" in top else []
+    system = _system(top.table("system"), bodies, forces)
     state = _state(run, system, rows)
     attach = top.units.attach
     return Setup(
@@ -248,15 +264,15 @@ def _integrator(table: Table) -> Any:
         return kind(**settings)
 
 
-def _system(table: Table, bodies: list[Body]) -> System:
-    known = [name for name in inspect.signature(System).parameters if name != "bodies"]
+def _system(table: Table, bodies: list[Body], forces: list[Force]) -> System:
+    known = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
     options = dict(table.only(*known).content)
     if isinstance(options.get("order"), list):
         options["order"] = tuple(options["order"])
     if "G" in table:
         options["G"] = table.number("G", "G")
     with table.naming(""):
-        return System(bodies, **{**options, "units": table.units.names})
+        return System(bodies, forces=forces, **{**options, "units": table.units.names})
 
 
 def _state(run: Table, system: System, rows: list[Table]) -> State:
@@ -296,16 +312,15 @@ def _motion(table: Table, system: System, position: _Array, velocity: _Array) ->
         )
     if len(given) > 1:
         raise table.fault("", f"has {' and '.join(given)}; expected an orbit, or position and velocity")
-    orbit = table.table("orbit").only("about", *_ORBIT)
+    orbit = table.table("orbit").only("about", *ELEMENTS)
     about = orbit.text("about", "the name of a body above this one")
     above = system.names[:k]
     if above.count(about) != 1:
         raise orbit.fault("about", f"is {about!r}; expected the name of one body above this one: {', '.join(above)}")
-    elements = {name: orbit.number(name, dimension) for name, dimension in _ORBIT.items()}
-    j = above.index(about)
+    shape, j = elements(orbit), above.index(about)
     with orbit.naming(""):
         mu = float(table.units.strip(system.mu(j, k), "mu", "mu"))
-        r, v = KeplerElements(**elements).to_cartesian(mu)
+        r, v = shape.to_cartesian(mu)
     return position[j] + r, velocity[j] + v
 
 

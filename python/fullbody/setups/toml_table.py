@@ -96,6 +96,16 @@ class Table:
             raise self.fault(key, f"is {items!r}; expected {_expected(what, dimension)}")
         return np.array([self._plain(key, item, what, dimension) for item in items])
 
+    def array(self, key: str, dimension: str | None) -> Any:
+        """A number, or a list of such, or a list of lists."""
+
+        def plain(item: Any) -> Any:
+            if isinstance(item, list):
+                return [plain(part) for part in item]
+            return self._plain(key, item, "numbers", dimension)
+
+        return plain(self.content[key])
+
     def _plain(self, key: str, item: Any, what: str, dimension: str | None) -> float:
         if isinstance(item, str) and dimension is not None:
             try:
