@@ -57,8 +57,6 @@ _EXAMPLES = {
     "pressure": "Pa",
     "G": "m3/(kg s2)",
     "mu": "km3/s2",
-    "force": "N",
-    "torque": "N m",
 }
 #: The units of ``units=True``, and others that a misspelt name may have meant.
 USUAL = ("km", "hour", "kg")

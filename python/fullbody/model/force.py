@@ -35,7 +35,7 @@ class Ground:
 
 
 class Call:
-    """A function in C: its address and that of its data, and what keeps both; the last error of a function of Python."""
+    """A function in C: its address, that of its data, and what keeps both; the last error of a Python function."""
 
     def __init__(self, address: int, data: int, keep: Any) -> None:
         self.address, self.data, self.keep = address, data, keep

@@ -401,14 +401,14 @@ class BaseSystem(Tabled):
         """The forces that files cannot keep."""
         return tuple(force for force in self._forces if force.name in self._calls)
 
-    def _caused(self, error: Exception) -> Exception:
+    def _caused(self, error: BaseException) -> BaseException:
         """The error with what the function of a force raised as its cause; Ctrl-C in there is Ctrl-C."""
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if call is None or call.raised is None:
             return error
         raised, call.raised = call.raised, None
         if isinstance(raised, KeyboardInterrupt):
-            return raised  # type: ignore[return-value]
+            return raised
         if isinstance(error, ForceFailed):
             error = ForceFailed(f"force {error.force} at time {error.time}: {raised}", error.force, error.time)
         error.__cause__ = raised
@@ -538,7 +538,8 @@ class BaseSystem(Tabled):
         options = dict(described["options"])
         options["order"] = None if options["order"] is None else tuple(options["order"])
         forces = [
-            (functions or {}).get(force["name"]) or rebuilt(force, Units(units)) for force in described.get("forces", ())
+            (functions or {}).get(force["name"]) or rebuilt(force, Units(units))
+            for force in described.get("forces", ())
         ]
         return cls(bodies, described["G"], units=units, forces=forces, **options)
 

@@ -311,7 +311,8 @@ class Simulation:
         ----------
         path : str or Path
         forces : iterable of Force
-            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no functions.
+            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no
+            functions.
 
         Returns
         -------

@@ -96,9 +96,9 @@ class Precession(ArrayFields):
     anomalistic_period : float, Quantity or None
         The mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
-        The mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of the
-        angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is
-        faster by (1 - cos i) d(Omega)/dt.
+        The mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of
+        the angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M,
+        is faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """

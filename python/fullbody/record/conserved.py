@@ -38,7 +38,8 @@ def size(name: str, start: _Array) -> float:
 
 
 def drift(name: str, start: _Array, record: Mapping[str, _Array]) -> _Array:
-    """The drift (K,) of the energies (K, 4) or angular momenta (K, 3) of a record since the start; absolute where its size is zero.
+    """The drift (K,) of the energies (K, 4) or angular momenta (K, 3) of a record since the start; absolute where its
+    size is zero.
 
     It is what is left after the work or the angular impulse of forces from outside, where the record has them.
     """
