@@ -211,7 +211,8 @@ impl Simulation {
         record.switched_off.resize(after.len(), None);
         for (count, switch) in record.switched_off.iter_mut().zip(before.iter().zip(&after)) {
             if let (Some(before), Some(after)) = switch {
-                *count = Some(count.unwrap_or(0) + after.times - before.times);
+                // One that is off from the start on has been switched off too.
+                *count = Some(count.unwrap_or(u64::from(!before.on)) + after.times - before.times);
             }
         }
         record.stop_reason = match &outcome {

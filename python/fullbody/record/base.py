@@ -60,7 +60,7 @@ class BaseRun(Tabled):
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     switched_off : dict of int
         How often forces that act at times only were switched off in the run, by their names:
-        :class:`fullbody.forces.Byorp` while the secondary is not locked.
+        :class:`fullbody.forces.Byorp` while the secondary is not locked. One that is off when the run begins counts.
     """
 
     system: BaseSystem
