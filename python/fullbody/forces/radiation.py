@@ -202,7 +202,7 @@ class Byorp(Force):
     It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45
     degrees of the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a
     pendulum which does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3.
-    :attr:`Run.switched_off` counts how often it was lost.
+    ``run.switched_off`` counts how often it was lost.
 
     Parameters
     ----------
