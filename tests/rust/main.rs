@@ -1,5 +1,6 @@
 //! The Rust tests, one binary. Expected values come from elsewhere than the code.
 mod contact;
+mod environment;
 mod gravity;
 mod integrators;
 mod math;
