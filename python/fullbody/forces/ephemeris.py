@@ -84,7 +84,7 @@ def _table(relative: Callable[[_Array], _Array], first: float, last: float, body
         count = int(np.ceil((last - first) / step)) + 1 + 2 * _MARGIN
         if count > _MOST:
             raise InvalidInput(f"duration of the path of {body} needs more than {_MOST} rows; expected a shorter one")
-        times: _Array = first + step * (np.arange(count) - float(_MARGIN))
+        times = np.asarray(first + step * (np.arange(count) - _MARGIN), dtype=np.float64)
         positions = relative(times)
         fourth = np.linalg.norm(np.diff(positions, n=4, axis=0), axis=1)
         error = float((fourth / 384 / np.linalg.norm(positions[2:-2], axis=1)).max())

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..base.arguments import directions, named_options
+from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
@@ -81,6 +82,12 @@ class Yorp(Force):
             "across": torque("across"),
         }
 
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        if described["obliquity"]:
+            return f"on {described['on']}, torques at {len(described['obliquity'])} obliquities"
+        along, across = (number(units.attach(described[role][0], "torque")) for role in ("along", "across"))
+        return f"on {described['on']}, {along} along and {across} across the spin"
+
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         table = bool(described["obliquity"])
@@ -134,6 +141,10 @@ class Byorp(Force):
             "about": ground.names[self._place(ground, "about")],
             "force": ground.units.number(self.force, "force", f"force of {self.name}"),
         }
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        force = number(units.attach(described["force"], "force"))
+        return f"on {described['on']} about {described['about']}, {force} along the motion"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

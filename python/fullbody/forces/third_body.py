@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ..base.arguments import named_options
+from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 from ..orbit.elements import KeplerElements
@@ -190,6 +191,16 @@ class ThirdBody(Force):
                 raise InvalidInput(f"times or positions of {name} are not finite; expected finite numbers")
             path = {"table": {"times": times.tolist(), "positions": positions.tolist()}}
         return {"kind": "ThirdBody", "name": name, "mu": mu, "of": self.of, "path": path}
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        path, whose = described["path"], "it goes round" if described["of"] == "body" else "the system goes round it"
+        mu = f"mu = {number(units.attach(described['mu'], 'mu'))}"
+        if "orbit" in path:
+            elements = path["orbit"]["elements"]
+            return f"{mu}; {whose}, a = {number(units.attach(elements['a'], 'length'))}, e = {number(elements['e'])}"
+        times = path["table"]["times"]
+        first, last = (number(units.attach(time, "time")) for time in (times[0], times[-1]))
+        return f"{mu}; {len(times)} positions from {first} to {last}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

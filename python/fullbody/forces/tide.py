@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 
 from ..base.arguments import named_options, positive
+from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
@@ -84,6 +85,10 @@ class Tide(Force):
             "lag": units.number(self.lag, "time", f"lag of {name}"),
             "radius": radius,
         }
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
+        return f"by {described['by']} on {described['on']}, k2 = {number(described['k2'])}, lag {lag}, radius {radius}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

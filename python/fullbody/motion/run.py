@@ -100,8 +100,8 @@ class RunVerbs(BaseRun):
             Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
             variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
             for, as JSON, and ``event_asked`` counts into that list. ``start_time``, ``start_energy`` and
-            ``start_angular_momentum`` are those of ``run.start``. Forces from outside have a dimension ``force``, labelled
-            with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
+            ``start_angular_momentum`` are those of ``run.start``. Forces from outside have a dimension ``force``,
+            labelled with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
             ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
 
         Examples

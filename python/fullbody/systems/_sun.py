@@ -21,7 +21,10 @@ __all__ = ["ELEMENTS", "EPOCH", "SOURCE", "heliocentric", "with_sun"]
 
 ELEMENTS = "heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"
 EPOCH = "epoch of the heliocentric orbit"
-SOURCE = "JPL's Small-Body Database, osculating elements of that epoch, as Wikipedia's article quotes them"
+SOURCE = (
+    "JPL's Small-Body Database, https://ssd.jpl.nasa.gov, osculating elements of that epoch, as Wikipedia's article "
+    "quotes them"
+)
 #: G times the Sun's mass in km^3/hour^2, of DE440 (Park et al. 2021), and the astronomical unit in km.
 _MU = 132712440041.279419 * 3600.0**2
 _AU = 149597870.7

@@ -18,7 +18,7 @@ def sun(system, time=0.0):
 
 @pytest.mark.parametrize("name", BINARIES)
 def test_frames_agree(name):
-    """The place of the Sun and its force along the line between the bodies, their velocity and the normal of the orbit."""
+    """The place of the Sun and its force along the line between the bodies, their velocity and the orbit's normal."""
     seen = []
     for frame in ("ecliptic", "equatorial", "orbit"):
         system, state = getattr(systems, name)(frame=frame, sun=True)
