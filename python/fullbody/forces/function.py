@@ -113,6 +113,10 @@ class Function(Force):
     def _describe(self, ground: Ground) -> dict[str, Any]:
         return {"kind": "Function", "name": self.name, "depends_on_velocity": bool(self.depends_on_velocity)}
 
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        kind = "of Python" if _compiled(self.function, self.name) is None else "compiled"
+        return f"a function {kind}" + (" that depends on velocities" if self.depends_on_velocity else "")
+
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         name = described["name"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..base.arguments import directions, named_options, positive
+from ..base.tables import number
 from ..base.units import gathered, need, numbers, scalar
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
@@ -32,6 +33,7 @@ _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
 _RATES = ("acceleration", "rossi_2009")
 
 
+@named_options
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     """The mean pressure of sunlight along an orbit round the Sun.
 
@@ -182,6 +184,12 @@ class Yorp(Force):
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
         return _YORP[self.normalization] * pressure * radius**3
 
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        if described["obliquity"]:
+            return f"on {described['on']}, torques at {len(described['obliquity'])} obliquities"
+        along, across = (number(units.attach(described[role][0], "torque")) for role in ("along", "across"))
+        return f"on {described['on']}, {along} along and {across} across the spin"
+
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         table = bool(described["obliquity"])
@@ -294,6 +302,10 @@ class Byorp(Force):
             raise InvalidInput(f"{what} is {self.coefficient!r}; expected a finite number")
         pressure, radius = _light(self, ground, on)
         return _BYORP[self.normalization] * coefficient * pressure * radius**2
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        force = number(units.attach(described["force"], "force"))
+        return f"on {described['on']} about {described['about']}, {force} along the motion"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

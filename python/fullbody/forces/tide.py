@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from ..base.arguments import named_options, positive
+from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
@@ -75,6 +76,10 @@ class Tide(Force):
             "lag": units.number(self.lag, "time", f"lag of {name}"),
             "radius": self._radius(ground, on),
         }
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
+        return f"by {described['by']} on {described['on']}, k2 = {number(described['k2'])}, lag {lag}, radius {radius}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

@@ -113,6 +113,10 @@ class Force(ScalarFields):
         """The force of such a description."""
         raise NotImplementedError
 
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        """What it is in a few words, from its description in numbers of these units."""
+        return ""
+
     def _call(self, ground: Ground) -> Call | None:
         """The function that the core calls, of a force that is one."""
         return None

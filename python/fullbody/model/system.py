@@ -511,7 +511,7 @@ class BaseSystem(Tabled):
             for name, value in self.options.items()
             if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
         ]
-        return (Table("System", (), rows), self._table_of_bodies())
+        return (Table("System", (), rows), self._table_of_bodies(), *self._tables_of_forces())
 
     def _table_of_bodies(self) -> Table:
         """The bodies of a system, one a row, in its units."""
@@ -524,9 +524,17 @@ class BaseSystem(Tabled):
             rows.append((name, described["shape"], size or "-", f"{described['mass']:.8g}"))
         return Table("Bodies", header, rows)
 
+    def _tables_of_forces(self) -> tuple[Table, ...]:
+        """The forces from outside, one a row, where there are some."""
+        both = zip(self._forces, self._core.forces, strict=True)
+        rows = [(force.name, type(force).__name__, force._words(described, self._units)) for force, described in both]
+        return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()
+
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"
-        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
+        forces = f", forces={[force.name for force in self._forces]}" if self._forces else ""
+        gravity = f"gravity={self._options['gravity']!r}"
+        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, {gravity}{units}{forces})"
 
     def __reduce__(self) -> Any:
         return (_assemble, (type(self), self._bodies, self._G, self._units.names, self._options, self._forces))

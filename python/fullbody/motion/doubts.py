@@ -88,9 +88,11 @@ def _far(system: BaseSystem, start: _core.State, masses: Any, tolerance: float |
             "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run may "
             "never end"
         )
-    remedy = "leave it out" if tolerance is None else f"give rtol and atol of {enough:g} or more, or leave it out"
+    who = system.names[others[heavy]]
+    instead = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
+    remedy = instead if tolerance is None else f"{instead}, or rtol and atol of {enough:g} or more"
     yield (
-        f"{system.names[others[heavy]]} is {length(apart[heavy])} from {pair}, which are {length(nearest[body])} "
+        f"{who} is {length(apart[heavy])} from {pair}, which are {length(nearest[body])} "
         "apart, and so heavy that the barycentre, which positions are counted from, is far from these two: their "
         f"coordinates round at {length(np.spacing(from_barycentre[body]), 2)}, {rounding:.2g} of their distance. "
         f"{follows}; expected bodies within {_FAR:g} such distances, or {remedy}"

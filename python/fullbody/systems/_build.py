@@ -10,9 +10,11 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL as UNITS
 from ..base.units import Units
 from ..errors import InvalidInput
+from ..model.force import rebuilt
 from ..setups.binary import binary
 from ..setups.component import Component
 from ._published import Published
+from ._sun import with_sun
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -55,10 +57,15 @@ def in_units(system: System, state: State, units: UnitsChoice) -> tuple[System, 
     wanted = Units(units)
     if not wanted.known or wanted == Units(UNITS):
         return system, state._named(system.names)
-    turned = System(system.bodies, system.G, units=wanted.names, **system.options)
+    # With Quantities, for plain numbers are in km, hour, kg.
+    united = [
+        force if force in system._functions() else rebuilt(described, system._units)
+        for force, described in zip(system.forces, system._core.forces, strict=True)
+    ]
+    turned = System(system.bodies, system.G, units=wanted.names, forces=united, **system.options)
     # It is rebuilt from its description, so that the bodies are in these units too.
-    rebuilt = System._rebuild(turned._describe())
-    return rebuilt, rebuilt._state(state._in(wanted))
+    final = System._rebuild(turned._describe(), {force.name: force for force in system._functions()})
+    return final, final._state(state._in(wanted))
 
 
 def in_frame(state: State, facts: Published, frame: str) -> State:
@@ -78,6 +85,7 @@ def published_binary(
     pole: tuple[float, float],
     frame: str,
     units: UnitsChoice,
+    sun: bool = False,
     options: dict[str, Any],
     **orbit: Any,
 ) -> tuple[System, State]:
@@ -96,4 +104,5 @@ def published_binary(
         **orbit,
         **options,
     )
-    return in_units(system, in_frame(state, facts, frame), units)
+    system, state = in_units(system, in_frame(state, facts, frame), units)
+    return with_sun(system, facts, sun, frame, pole), state

@@ -8,6 +8,7 @@ from ..base.arguments import named_options
 from ..setups.component import Component
 from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -24,8 +25,10 @@ FACTS = Published(
         "semi-major axis (not used)": Value(692.5, "km", "4.0", "B24"),
         "eccentricity": Value(0.004, "", "0.004", "B24"),
         "pole (right ascension, declination)": Value((178.0, -74.1), "deg", "0.5, 0.2", "B24"),
+        **heliocentric((5.2173868, 0.1385012, 22.047388, 44.356808, 308.444, 120.37132), 2457600.5),
     },
     sources={
+        "JPL": SOURCE,
         "B15": "Buie et al. (2015), Astron. J. 149, 113, doi:10.1088/0004-6256/149/3/113",
         "B24": "Brozovic et al. (2024), Astron. J. 167, 104, bibcode 2024AJ....167..104B, tables at CDS J/AJ/167/104",
     },
@@ -37,14 +40,14 @@ FACTS = Published(
         "the orbit starts at periapsis on its node",
     ),
     frame="equatorial",
-    second_hand=("axes of Patroclus", "axes of Menoetius"),
+    second_hand=("axes of Patroclus", "axes of Menoetius", ELEMENTS, EPOCH),
 )
 
 
 @named_options
 @documented(FACTS)
 def patroclus_menoetius(
-    *, frame: Frame = "equatorial", units: UnitsChoice = False, **options: Any
+    *, frame: Frame = "equatorial", sun: bool = False, units: UnitsChoice = False, **options: Any
 ) -> tuple[System, State]:
     """(617) Patroclus and Menoetius, a Trojan pair of almost equal bodies.
 
@@ -52,6 +55,9 @@ def patroclus_menoetius(
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
         Frame of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane and its node as x-axis.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
     units : bool or (length, time, mass)
         ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
@@ -84,6 +90,7 @@ def patroclus_menoetius(
         eccentricity=FACTS["eccentricity"],
         pole=FACTS["pole (right ascension, declination)"],
         frame=frame,
+        sun=sun,
         units=units,
         options=options,
     )
