@@ -71,7 +71,7 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Yorp(Force):
     """The torque of radiation on a body, a mean over its rotation and its orbit round the Sun.
 
@@ -195,7 +195,7 @@ class Yorp(Force):
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Byorp(Force):
     """The force of radiation on a synchronous secondary along its motion, a mean over both orbits.
 

@@ -21,13 +21,13 @@ _ANGLES = ("i", "Omega", "omega", "M")
 
 
 @named_options
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.
 
-    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is not moved
-    by the system. A path is that of the barycentre as it would go without the forces: what they change of it, such as the
-    pull on the quadrupoles, is computed.
+    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is
+    not moved by the system. A path is that of the barycentre as it would go without the forces: what they change of
+    it, such as the pull on the quadrupoles, is computed.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ class ThirdBody(Force):
     Raises
     ------
     InvalidInput
-        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends before
-        the run does.
+        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends
+        before the run does.
 
     Notes
     -----

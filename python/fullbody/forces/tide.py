@@ -16,12 +16,12 @@ __all__ = ["Tide", "lag_from_quality_factor"]
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tide(Force):
     """The tide that one body raises on another, with a constant time lag, for any orbit and any spin.
 
-    It acts on both bodies and turns the deformed one. Only what the lag adds is computed: the figure is rigid, and the bulges
-    of the tide and of the rotation belong to it.
+    It acts on both bodies and turns the deformed one. Only what the lag adds is computed: the figure is rigid, and the
+    bulges of the tide and of the rotation belong to it.
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ class Tide(Force):
 
     Notes
     -----
-    Mignard (1979), Hut (1981): with r from the deformed body to the raiser of mass m, v its rate and omega the deformed body's spin,
-    the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x omega + v)], its opposite acts on the deformed
-    body, and the torque on that is -r x F.
+    Mignard (1979), Hut (1981): with r from the deformed body to the raiser of mass m, v its rate and omega the
+    deformed body's spin, the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x omega + v)],
+    its opposite acts on the deformed body, and the torque on that is -r x F.
 
     Examples
     --------
@@ -83,13 +83,14 @@ class Tide(Force):
         return cls(**given, lag=lag, radius=radius)
 
 
+@named_options
 def lag_from_quality_factor(
     Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
 ) -> Any:
     """The time lag that dissipates as a quality factor does at one frequency.
 
-    A constant quality factor holds at one frequency alone; it changes its sign where the spin passes the mean motion, which a
-    lag does not.
+    A constant quality factor holds at one frequency alone; it changes its sign where the spin passes the mean motion,
+    which a lag does not.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _FAR = 1e3
 
 
 def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """What is doubtful about a start.
+    """Warnings about a start.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
         The sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed steps.
     """
     if len(system) > 1:
-        masses = np.asarray(getattr(system.masses, "value", system.masses))
+        masses = system._masses
         # The run itself refuses what is too large.
         with np.errstate(all="ignore"):
             yield from _unbound(system, start, masses)
@@ -38,7 +38,9 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
 
 
 def _unbound(system: BaseSystem, start: _core.State, masses: Any) -> Iterator[str]:
-    """Whether a body leaves the others much faster than their attraction can be meant to hold it."""
+    """Whether a body is so much faster than the others' speed of escape that their attraction can hardly be meant to
+    hold it.
+    """
     speed, escape = np.empty((2, len(masses)))
     for body, (others, apart) in enumerate(_distances(start.position)):
         rest = masses[others]

@@ -1,4 +1,4 @@
-"""A published pair in the frame and the units asked for."""
+"""A published binary in the frame and the units asked for."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL as UNITS
 from ..base.units import Units
 from ..errors import InvalidInput
-from ..setups.pair import Component, binary
+from ..setups.binary import binary
+from ..setups.component import Component
 from ._published import Published
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 G = 6.67430e-11 * 1e-9 * 3600.0**2
 Frame = Literal["ecliptic", "equatorial", "orbit"]
-#: Whether there are to be Quantities, and of which units if not km, hour, kg.
-Wanted = bool | tuple[object, object, object]
+#: Whether results are Quantities: in km, hour, kg for ``True``, or in three other units.
+UnitsChoice = bool | tuple[object, object, object]
 
 
 def check_frame(frame: str) -> None:
@@ -30,8 +31,8 @@ def check_frame(frame: str) -> None:
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
 
 
-def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
-    """The options of the system to be, with its epoch: its own, or the one asked for where it has none."""
+def with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
+    """The options of the system with its epoch: the published one, or the caller's where none is published."""
     from ..motion.simulation import System
 
     fixed = ("bodies", "G", "units", "frame")
@@ -42,12 +43,12 @@ def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     return {**options, "epoch": epoch if given is None else given}
 
 
-def base_units(units: Wanted) -> tuple[str, str, str] | None:
-    """Those that a system is built in: none, or km, hour, kg; an error for what are no units."""
+def base_units(units: UnitsChoice) -> tuple[str, str, str] | None:
+    """The units that a system is built in: none, or km, hour, kg. Units that are none raise an error."""
     return UNITS if Units(units).known else None
 
 
-def in_units(system: System, state: State, units: Wanted) -> tuple[System, State]:
+def in_units(system: System, state: State, units: UnitsChoice) -> tuple[System, State]:
     """A system in km, hour, kg and its state, in the units asked for."""
     from ..motion.simulation import System
 
@@ -55,7 +56,7 @@ def in_units(system: System, state: State, units: Wanted) -> tuple[System, State
     if not wanted.known or wanted == Units(UNITS):
         return system, state._named(system.names)
     turned = System(system.bodies, system.G, units=wanted.names, **system.options)
-    # Through its description, for the bodies to be in these units too.
+    # It is rebuilt from its description, so that the bodies are in these units too.
     rebuilt = System._rebuild(turned._describe())
     return rebuilt, rebuilt._state(state._in(wanted))
 
@@ -69,20 +70,20 @@ def in_frame(state: State, facts: Published, frame: str) -> State:
     return turn_state(state, facts.frame, frame)
 
 
-def pair(
+def published_binary(
     facts: Published,
     primary: Component,
     secondary: Component,
     *,
     pole: tuple[float, float],
     frame: str,
-    units: Wanted,
+    units: UnitsChoice,
     options: dict[str, Any],
     **orbit: Any,
 ) -> tuple[System, State]:
     """A binary in km, hour, kg about a published pole (degrees)."""
     check_frame(frame)
-    options = settled(options, facts.epoch)
+    options = with_epoch(options, facts.epoch)
     lon, lat = np.radians(pole)
     system, state = binary(
         primary,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -50,15 +50,15 @@ FACTS = Published(
 
 @named_options
 @documented(FACTS)
-def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def antiope(*, frame: Frame = "ecliptic", units: UnitsChoice = False, **options: Any) -> tuple[System, State]:
     """(90) Antiope, two almost equal and nearly hydrostatic bodies a diameter apart.
 
     Parameters
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -78,7 +78,7 @@ def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     >>> print(f"{system.bodies[0].density / 1e12:.2f} g/cm^3")
     1.26 g/cm^3
     """
-    return pair(
+    return published_binary(
         FACTS,
         Component(diameters=FACTS["axes of the first"], rotation_period=FACTS["orbital period"], name="Antiope"),
         Component(diameters=FACTS["axes of the second"], name="S/2000 (90) 1"),

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ AFTER = Published(
 
 @named_options
 @documented(BEFORE)
-def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def didymos(*, frame: Frame = "ecliptic", units: UnitsChoice = False, **options: Any) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos before the impact of DART.
 
     The total mass is that of the published period and semi-major axis, 5.6e11 kg.
@@ -105,9 +105,9 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     Parameters
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -127,7 +127,7 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     >>> print(f"{system.masses.sum():.2e} kg")
     5.63e+11 kg
     """
-    return pair(
+    return published_binary(
         BEFORE,
         _primary(),
         Component(diameters=BEFORE["axes of Dimorphos"], name="Dimorphos"),
@@ -148,7 +148,7 @@ def didymos_after_dart(
     model: Literal["daly2023", "naidu2024"] = "daly2023",
     tilt: Any = 0.0,
     frame: Frame = "ecliptic",
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos after the impact of DART and the weeks that followed.
@@ -180,9 +180,9 @@ def didymos_after_dart(
     tilt : float or Quantity
         Of Dimorphos' pole from the orbit's normal, radians; the longest axis points at Didymos all the same.
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state; see :func:`didymos`.
+        Frame of the state; see :func:`didymos`.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -210,7 +210,7 @@ def didymos_after_dart(
     to_b, to_c = AFTER["axis ratios a/b, a/c of Dimorphos"]
     diameter = float(np.cbrt(np.prod(AFTER["axes of Dimorphos before"])))
     before, _ = didymos()
-    return pair(
+    return published_binary(
         AFTER,
         _primary() if model == "daly2023" else _primary(semi_axes=AFTER["semi-axes of Didymos (naidu2024)"]),
         Component(diameter=diameter, axis_ratios=(to_b, to_c / to_b), tilt=tilt, name="Dimorphos"),

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def fg3_1996(
     primary_ratios: tuple[float, float] = (1.0, 1.0),
     secondary_ratios: tuple[float, float] = (1.0, 1.0),
     frame: Frame = "ecliptic",
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(175706) 1996 FG3.
@@ -62,9 +62,9 @@ def fg3_1996(
     primary_ratios, secondary_ratios : (a/b, b/c)
         Axis ratios at the published volumes.
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -85,7 +85,7 @@ def fg3_1996(
     3.38e+12 kg
     """
     density = 1e12 * FACTS["density"]
-    return pair(
+    return published_binary(
         FACTS,
         Component(
             diameter=FACTS["diameter of the primary"],

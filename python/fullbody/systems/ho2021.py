@@ -11,7 +11,7 @@ from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body, Ellipsoid
 from ..orbit.elements import KeplerElements
-from ._build import Wanted, base_units, in_units, settled
+from ._build import UnitsChoice, base_units, in_units, with_epoch
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ FACTS = Published(
 def kw4_ho2021(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
@@ -89,7 +89,7 @@ def kw4_ho2021(
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a, as in the paper.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -130,16 +130,11 @@ def kw4_ho2021(
     Ellipsoid(a=0.766, b=0.766, c=0.6735)
     """
     _refuse_frame(options, "the elements and the spins of this system are of different frames")
-    system = _kw4_system(shape, units, settled(options, None))
+    system = _kw4_system(shape, units, with_epoch(options, None))
     angles = {name: np.deg2rad(value) for name, value in KW4_SKY.items()}
     position, velocity = KeplerElements(**KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
-    state = _state(
-        bool(system.units),
-        position=[[0.0, 0.0, 0.0], position],
-        velocity=[[0.0, 0.0, 0.0], velocity],
-        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, spin] for spin in KW4_SPINS],
-    )
+    rest, spins = [0.0, 0.0, 0.0], [[0.0, 0.0, spin] for spin in KW4_SPINS]
+    state = _kw4_state(system, [rest, position], [rest, velocity], spins)
     return in_units(system, state, units)
 
 
@@ -149,7 +144,7 @@ def kw4(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
     frame: Literal["orbit"] | None = None,
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """The physical (66391) 1999 KW4: prograde, near Alpha's equator, Beta synchronous.
@@ -167,7 +162,7 @@ def kw4(
         The only one there is: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
         for the frame of the published inclination and node is not known.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -197,18 +192,13 @@ def kw4(
         raise InvalidInput(
             f"frame is {frame!r}; expected 'orbit': the frame of the published inclination and node is not known"
         )
-    system = _kw4_system(shape, units, {**settled(options, None), "frame": frame})
+    system = _kw4_system(shape, units, {**with_epoch(options, None), "frame": frame})
     mu = _kw4_mu()
     orbit = KeplerElements(**KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
     position, velocity = orbit.to_cartesian(mu)
     share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
-    state = _state(
-        bool(system.units),
-        position=share * position,
-        velocity=share * velocity,
-        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
-    )
+    spins = [[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]]
+    state = _kw4_state(system, share * position, share * velocity, spins)
     return in_units(system, state, units)
 
 
@@ -296,7 +286,7 @@ def _kw4_mu() -> float:
     return _G_HO2021 * sum(_KW4_MASSES)
 
 
-def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
+def _kw4_system(shape: str, units: UnitsChoice, options: dict[str, Any]) -> System:
     from ..motion.simulation import System
 
     if not isinstance(shape, str) or shape not in ("ellipsoid", "spheroid"):
@@ -307,13 +297,15 @@ def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
     return System(bodies, G=_G_HO2021, units=base_units(units), **options)
 
 
-def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:
+def _kw4_state(system: System, position: Any, velocity: Any, spin: Any) -> State:
+    """The state at time zero, with Alpha's pole tilted about the x-axis; numbers in km, hour."""
     from ..model.state import State
 
-    if units:
-        from astropy import units as u
-
-        position, velocity = position * u.km, velocity * (u.km / u.hour)
-        spin = spin * (u.rad / u.hour)
-        return State.from_tait_bryan(position, velocity, angles, spin, time=0.0 * u.hour)
-    return State.from_tait_bryan(position, velocity, angles, spin)
+    attach = system._units.attach
+    return State.from_tait_bryan(
+        attach(np.array(position), "length"),
+        attach(np.array(velocity), "velocity"),
+        [[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
+        attach(np.array(spin), "spin"),
+        attach(np.float64(0.0), "time"),
+    )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, G, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -43,15 +43,17 @@ FACTS = Published(
 
 @named_options
 @documented(FACTS)
-def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def patroclus_menoetius(
+    *, frame: Frame = "equatorial", units: UnitsChoice = False, **options: Any
+) -> tuple[System, State]:
     """(617) Patroclus and Menoetius, a Trojan pair of almost equal bodies.
 
     Parameters
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane and its node as x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -72,7 +74,7 @@ def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, *
     0.44
     """
     period = 24.0 * FACTS["orbital period"]
-    return pair(
+    return published_binary(
         FACTS,
         Component(diameters=FACTS["axes of Patroclus"], rotation_period=period, name="Patroclus"),
         Component(diameters=FACTS["axes of Menoetius"], name="Menoetius"),

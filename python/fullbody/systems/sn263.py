@@ -12,8 +12,8 @@ from ..base.units import Units, numbers
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..orbit.elements import KeplerElements
-from ..setups.pair import Component
-from ._build import Frame, G, Wanted, base_units, check_frame, in_frame, in_units, settled
+from ..setups.component import Component
+from ._build import Frame, G, UnitsChoice, base_units, check_frame, in_frame, in_units, with_epoch
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def sn263_2001(
     model: Literal["spheres", "fang2011"] = "spheres",
     axis_ratios: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 1.0), (1.0, 1.0)),
     frame: Frame = "equatorial",
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(153591) 2001 SN263: Alpha, the outer Beta and the inner Gamma, as three ellipsoids.
@@ -125,10 +125,10 @@ def sn263_2001(
     axis_ratios : three pairs (a/b, b/c)
         Of Alpha, Beta and Gamma, at the published volumes.
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's orbit as
-        xy-plane with its node on the equator on the x-axis.
+        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's
+        orbit as xy-plane with its node on the equator on the x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -162,7 +162,7 @@ def sn263_2001(
                 f"axis_ratios of Alpha are {ratios_of[0]} and model is {model!r}; expected one of the two"
             )
         ratios_of[0] = (1.0, _oblate(FACTS["J2 of Alpha (fang2011)"]))
-    options = settled(options, FACTS.epoch)
+    options = with_epoch(options, FACTS.epoch)
     base = base_units(units)
     names = ("Alpha", "Beta", "Gamma")
     masses = np.array([FACTS[f"mass of {name}"] for name in names])
