@@ -32,6 +32,7 @@ _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
 _RATES = ("acceleration", "rossi_2009")
 
 
+@named_options
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     """The mean pressure of sunlight along an orbit round the Sun.
 
