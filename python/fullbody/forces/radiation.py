@@ -83,7 +83,8 @@ class Yorp(Force):
     along : float, Quantity or array_like
         Along the spin: a torque, unless ``normalization`` names what else it is; one value, or one at each obliquity.
     across : float, Quantity or array_like
-        Likewise across the spin; above zero it raises the obliquity.
+        Likewise across the spin; above zero it raises the obliquity. A spin along ``pole`` has no such direction and feels
+        none of it.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, with a cubic spline between.
     pole : array_like, (3,)
