@@ -33,6 +33,11 @@ _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
 _RATES = ("acceleration", "rossi_2009")
 
 
+def torque_dimension(normalization: str | None) -> str | None:
+    """The dimension of the torques of :class:`Yorp` by their normalisation; none of coefficients."""
+    return {None: "torque", "acceleration": "angular acceleration"}.get(normalization)
+
+
 @named_options
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     """The mean pressure of sunlight along an orbit round the Sun.
@@ -84,7 +89,8 @@ class Yorp(Force):
     along : float, Quantity or array_like
         Along the spin: a torque, unless ``normalization`` names what else it is; one value, or one at each obliquity.
     across : float, Quantity or array_like
-        Likewise across the spin; above zero it raises the obliquity.
+        Likewise across the spin; above zero it raises the obliquity. A spin along ``pole`` has no such direction and
+        feels none of it.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, with a cubic spline between.
     pole : array_like, (3,)
@@ -147,7 +153,7 @@ class Yorp(Force):
             np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
         )
         rows = max(obliquity.size, 1)
-        dimension = {None: "torque", "acceleration": "angular acceleration"}.get(self.normalization)
+        dimension = torque_dimension(self.normalization)
         factor = self._factor(ground, on)
 
         def torque(role: str) -> list[float]:

@@ -6,6 +6,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
+from ..forces.radiation import torque_dimension
 from ..orbit.elements import KeplerElements
 from .toml_table import Table
 
@@ -14,12 +15,12 @@ __all__ = ["ELEMENTS", "elements", "force"]
 #: Elements of an orbit with their dimensions.
 ELEMENTS = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
-_TEXTS = ("name", "of", "on", "by", "about")
+_TEXTS = ("name", "of", "on", "by", "about", "normalization")
 #: Dimensions of the numbers among the arguments of all kinds.
 _NUMBERS: dict[str, str | None] = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
     **{"k2": None, "lag": "time", "radius": "length"},
-    **{"along": "torque", "across": "torque", "obliquity": "angle", "pole": None, "force": "force"},
+    **{"obliquity": "angle", "pole": None, "force": "force", "coefficient": None, "pressure": "pressure"},
 }
 
 
@@ -53,4 +54,6 @@ def _argument(table: Table, key: str) -> Any:
         return elements(table.table(key).only(*ELEMENTS))
     if key in _TEXTS:
         return table.text(key)
+    if key in ("along", "across"):
+        return table.array(key, torque_dimension(table.text("normalization") if "normalization" in table else None))
     return table.array(key, _NUMBERS[key])

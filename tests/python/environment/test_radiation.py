@@ -60,7 +60,7 @@ def test_the_orbit_drifts_by_2_F_over_m_n(force):
 
 def test_the_force_is_along_the_motion_on_the_secondary_alone():
     """In the plane of the orbit, across the line to the other body, also on an eccentric orbit."""
-    system, state = synchronous()
+    system, _ = synchronous()
     r, v = fullbody.KeplerElements(1.0, 0.4, 0.0, 0.0, 0.0, 1.0).to_cartesian(1.001)
     speed = np.array([3.0, 0.0, 1.0])
     angle = np.arctan2(r[1], r[0])
