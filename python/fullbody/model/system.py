@@ -527,7 +527,9 @@ class BaseSystem(Tabled):
     def _tables_of_forces(self) -> tuple[Table, ...]:
         """The forces from outside, one a row, where there are some."""
         both = zip(self._forces, self._core.forces, strict=True)
-        rows = [(force.name, type(force).__name__, force._words(described, self._units)) for force, described in both]
+        rows: list[Sequence[str]] = [
+            (force.name, type(force).__name__, force._words(described, self._units)) for force, described in both
+        ]
         return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()
 
     def __repr__(self) -> str:

@@ -200,8 +200,8 @@ class Simulation:
         except BodiesOverlap as error:
             raise self._system._explained(error, None) from None
         except ForceFailed as failed:
-            error = self._system._caused(failed)
-            raise error from error.__cause__
+            caused = self._system._caused(failed)
+            raise caused from caused.__cause__
 
     def integrate(
         self,
