@@ -4,7 +4,7 @@ use super::layout::vector;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, System, invariants};
 use crate::environment::{BOOK, Environment, Switch};
 use crate::error::{Error, Refusal, Result};
-use crate::math::compensated::{two_product, two_sum};
+use crate::math::compensated::{sum, two_product, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Pair, Pose, Rule, RuleMemory};
 use crate::patience::{Patience, UNITS};
@@ -79,6 +79,9 @@ pub struct Dynamics {
     /// Where the barycentre nominally is.
     frame: BarycentricFrame,
     outside: Environment,
+    /// 1 over the mass of each body, and of all.
+    inverse_mass: Vec<f64>,
+    inverse_total: f64,
     /// What the forces from outside give the barycentre.
     barycentre_acceleration: Vec3,
 }
@@ -111,6 +114,8 @@ impl Dynamics {
             torque: vec![Vec3::zeros(); n],
             frame: *frame,
             outside: system.environment()?,
+            inverse_mass: system.bodies().iter().map(|body| 1.0 / body.mass).collect(),
+            inverse_total: 1.0 / sum(system.bodies().iter().map(|body| body.mass)),
             barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })
@@ -292,17 +297,15 @@ impl Dynamics {
     fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
         self.show(time, y);
         self.outside.load().map_err(|error| Rejected::Failed(Box::new(error)))?;
-        let bodies = &self.system.bodies;
-        let (mut total, mut mass) = (Vec3::zeros(), 0.0);
-        for (body, of) in bodies.iter().enumerate() {
-            for loads in self.outside.loads() {
-                total += loads.force[body];
-                self.acceleration[body] += loads.force[body] / of.mass;
-                self.torque[body] += loads.torque[body];
+        let mut total = Vec3::zeros();
+        for loads in self.outside.loads() {
+            for (body, (force, torque)) in loads.force.iter().zip(&loads.torque).enumerate() {
+                total += force;
+                self.acceleration[body] += force * self.inverse_mass[body];
+                self.torque[body] += torque;
             }
-            mass += of.mass;
         }
-        self.barycentre_acceleration = total / mass;
+        self.barycentre_acceleration = total * self.inverse_total;
         self.acceleration.iter_mut().for_each(|a| *a -= self.barycentre_acceleration);
         Ok(())
     }

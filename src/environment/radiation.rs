@@ -84,7 +84,10 @@ pub(super) struct Turning {
 impl Turning {
     pub fn load(&self, scene: &Scene, loads: &mut Loads) {
         let spin = scene.inertial_spin(self.on);
-        let Some(axis) = spin.try_normalize(0.0) else { return };
+        let Some(axis) = spin.try_normalize(0.0) else {
+            loads.torque[self.on] = Vec3::zeros();
+            return;
+        };
         let aside = axis.cross(&self.pole);
         let (sine, cosine) = (aside.norm(), axis.dot(&self.pole));
         let [along, across] = match &self.torque {
@@ -184,12 +187,8 @@ impl Pushing {
     }
 
     pub fn load(&self, scene: &Scene, loads: &mut Loads) {
-        if !self.state.on {
-            return;
-        }
         let (r, v) = scene.relative(self.on, self.about);
-        if let Some(forwards) = r.cross(&v).cross(&r).try_normalize(0.0) {
-            loads.force[self.on] = forwards * self.force;
-        }
+        let forwards = r.cross(&v).cross(&r).try_normalize(0.0).filter(|_| self.state.on);
+        loads.force[self.on] = forwards.map_or(Vec3::zeros(), |forwards| forwards * self.force);
     }
 }

@@ -128,11 +128,9 @@ impl Environment {
         Ok(())
     }
 
-    /// Computes the loads at the scene. Allocates nothing.
+    /// Computes the loads at the scene. Allocates nothing. What a force never does stays zero from the beginning.
     pub fn load(&mut self) -> Result<()> {
         for (Term { name, law }, loads) in self.terms.iter_mut().zip(&mut self.loads) {
-            loads.force.fill(Vec3::zeros());
-            loads.torque.fill(Vec3::zeros());
             match law {
                 Law::ThirdBody(pull) => pull.load(name, &self.scene, loads)?,
                 Law::Tide(tide) => tide.load(&self.scene, loads),

@@ -165,13 +165,16 @@ impl Pull {
 
     pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
         let p = self.position(scene.time)?;
-        let square = p.norm_squared();
+        let inverse_square = 1.0 / p.norm_squared();
+        let rate = -self.mu * inverse_square * inverse_square.sqrt();
         for (body, r) in scene.position.iter().enumerate() {
-            let q = r.dot(&(r - 2.0 * p)) / square;
-            let f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) * (1.0 + q).sqrt());
+            // |d|^2 = |p|^2 (1 + q); one division serves both quotients.
+            let q = r.dot(&(r - 2.0 * p)) * inverse_square;
+            let cube = (1.0 + q) * (1.0 + q).sqrt();
+            let shared = 1.0 / (cube * (1.0 + cube));
+            let f = q * (3.0 + q * (3.0 + q)) * (shared * cube);
             let d = r - p;
-            let distance = d.norm();
-            let mut force = (r + f * p) * (-self.mu / (distance * distance * distance));
+            let mut force = (r + f * p) * (rate * shared * (1.0 + cube));
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
                 let Some((excess, moment)) = extended.at(&turned_back(turn, &-d)) else {

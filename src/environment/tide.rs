@@ -64,13 +64,12 @@ impl Lagging {
     pub fn load(&self, scene: &Scene, loads: &mut Loads) {
         let (r, v) = scene.relative(self.by, self.on);
         let spin = scene.inertial_spin(self.on);
-        let square = r.norm_squared();
+        let inverse = 1.0 / r.norm_squared();
         // Of 1/r^10 one factor 1/r^2 stands in the bracket, which then has the size of v.
-        let strength = self.strength / (square * square * square * square);
-        let bracket: Vec3 = r * (2.0 * r.dot(&v) / square) + r.cross(&spin) + v;
-        let force = bracket * -strength;
-        loads.force[self.by] += force;
-        loads.force[self.on] -= force;
+        let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + r.cross(&spin) + v;
+        let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
+        loads.force[self.by] = force;
+        loads.force[self.on] = -force;
         loads.torque[self.on] = turned_back(&scene.rotation[self.on], &-r.cross(&force));
     }
 }

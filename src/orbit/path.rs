@@ -81,14 +81,15 @@ impl KeplerElements {
     }
 }
 
-/// The same positions many times in a row, from the Chebyshev polynomial of the stretch of time around them. Stretches are laid out
-/// once and for all, so that a position does not depend on what was asked before.
+/// The same positions many times in a row, from the polynomial of the stretch of time around them. Stretches are laid
+/// out once and for all, so that a position does not depend on what was asked before.
 #[derive(Debug, Clone)]
 pub struct OrbitCells {
     orbit: OrbitPath,
     half_width: f64,
     /// The stretch in hand.
     cell: f64,
+    /// By powers of the place in it, from -1 to 1.
     coefficients: [Vec3; Self::TERMS],
 }
 
@@ -108,24 +109,38 @@ impl OrbitCells {
         if cell != self.cell {
             self.fill(cell)?;
         }
-        let twice = 2.0 * (time / self.half_width - (2.0 * cell + 1.0));
-        let (mut next, mut after) = (Vec3::zeros(), Vec3::zeros());
-        for c in self.coefficients[1..].iter().rev() {
-            (next, after) = (c + twice * next - after, next);
+        let x = time / self.half_width - (2.0 * cell + 1.0);
+        let square = x * x;
+        let (mut even, mut odd) = (Vec3::zeros(), Vec3::zeros());
+        for pair in self.coefficients.chunks_exact(2).rev() {
+            even = even * square + pair[0];
+            odd = odd * square + pair[1];
         }
-        Ok(self.coefficients[0] + 0.5 * twice * next - after)
+        Ok(even + odd * x)
     }
 
     fn fill(&mut self, cell: f64) -> Result<()> {
         let n = Self::TERMS as f64;
         self.cell = f64::NAN;
         self.coefficients.fill(Vec3::zeros());
+        let mut chebyshev = self.coefficients;
         for k in 0..Self::TERMS {
             let angle = PI * (k as f64 + 0.5) / n;
             let (position, _) = self.orbit.after((2.0 * cell + 1.0 + angle.cos()) * self.half_width)?;
-            for (j, c) in self.coefficients.iter_mut().enumerate() {
+            for (j, c) in chebyshev.iter_mut().enumerate() {
                 *c += position * ((j as f64 * angle).cos() * if j == 0 { 1.0 } else { 2.0 } / n);
             }
+        }
+        // By powers of the place: the terms fall so fast that nothing is lost.
+        let (mut last, mut present) = ([0.0; Self::TERMS], [0.0; Self::TERMS]);
+        present[0] = 1.0;
+        for (j, c) in chebyshev.iter().enumerate() {
+            for k in 0..Self::TERMS {
+                self.coefficients[k] += c * present[k];
+            }
+            let factor = if j == 0 { 1.0 } else { 2.0 };
+            let next = |k: usize| (if k > 0 { factor * present[k - 1] } else { 0.0 }) - last[k];
+            (last, present) = (present, std::array::from_fn(next));
         }
         self.cell = cell;
         Ok(())
