@@ -1,4 +1,4 @@
-"""What can go wrong: one base class, and children that say what and when."""
+"""Errors and warnings: one base class of the errors, whose children say what went wrong and when."""
 
 from __future__ import annotations
 

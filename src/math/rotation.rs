@@ -29,6 +29,18 @@ pub fn matrix(q: [f64; 4]) -> Mat3 {
     )
 }
 
+/// The product of a matrix and a vector. The general one of `nalgebra` is not put in line.
+#[inline(always)]
+pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|i| m[(i, 0)] * v.x + m[(i, 1)] * v.y + m[(i, 2)] * v.z))
+}
+
+/// The same with the transposed matrix: the turn back.
+#[inline(always)]
+pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|i| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z))
+}
+
 /// Hamilton's product: the turn `q` and then the turn `p`.
 #[inline]
 pub fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {

@@ -103,10 +103,16 @@ impl Pair {
         self.rule.as_ref()
     }
 
+    /// The least separation at which the rule in force holds.
+    #[inline]
+    pub fn valid_from(&self) -> f64 {
+        self.rule.as_ref().map_or(0.0, |rule| rule.valid_from * self.unit)
+    }
+
     /// Whether the rule in force holds at this separation.
     #[inline]
     pub fn covers(&self, distance: f64) -> bool {
-        self.rule.as_ref().is_none_or(|rule| distance >= rule.valid_from * self.unit)
+        distance >= self.valid_from()
     }
 
     /// Force and torques with the rule in force.

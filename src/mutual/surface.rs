@@ -88,7 +88,7 @@ struct Moments {
 }
 
 impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
-    /// Of the monopole and of the rest.
+    /// The means of the monopole and of the rest.
     type Output = [Moments; 2];
 
     #[inline(always)]

@@ -22,7 +22,7 @@ pub enum StopReason {
 pub struct Trajectory {
     /// Number of bodies.
     pub bodies: usize,
-    /// What is conserved, at the start of the first run into this record.
+    /// The conserved quantities at the start of the first run into this record.
     pub start: Option<Invariants>,
     /// Times (K,).
     pub time: Vec<f64>,
@@ -42,7 +42,7 @@ pub struct Trajectory {
     pub start_books: Option<Vec<f64>>,
     /// The same (K, F, 7) since then: work, impulse, angular impulse of each force.
     pub books: Vec<f64>,
-    /// How often each force was switched off in the runs into this record, for those that can be.
+    /// How often each force was switched off in the runs into this record, for those that can be; being off at its start counts.
     pub switched_off: Vec<Option<u64>>,
     /// Events in order of the run.
     pub events: Vec<Occurrence>,

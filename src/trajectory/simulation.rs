@@ -32,7 +32,7 @@ pub struct Progress {
 pub struct Run<'a, 'f> {
     /// When samples are recorded.
     pub output: &'a Output,
-    /// What is watched for.
+    /// The events that are watched for.
     pub events: &'a mut [Event<'f>],
     /// Whether the continuous solution is kept.
     pub dense: bool,
@@ -49,7 +49,7 @@ pub struct Simulation {
     /// What a caller wants kept with the simulation and its archives, as text of any kind: names of units and the like. No number
     /// that the simulation works with belongs here.
     pub notes: String,
-    /// What is conserved, at the start.
+    /// The conserved quantities at the start.
     pub(super) start: Invariants,
 }
 
@@ -113,12 +113,12 @@ impl Simulation {
         self.motion.equations.frame()
     }
 
-    /// What is conserved, at the state that the simulation began with or was last set to.
+    /// The conserved quantities at the state that the simulation began with or was last set to.
     pub fn start(&self) -> Invariants {
         self.start
     }
 
-    /// What is conserved, at the present state.
+    /// The conserved quantities at the present state.
     pub fn invariants(&mut self, patience: &mut Patience) -> Result<Invariants> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
@@ -211,7 +211,8 @@ impl Simulation {
         record.switched_off.resize(after.len(), None);
         for (count, switch) in record.switched_off.iter_mut().zip(before.iter().zip(&after)) {
             if let (Some(before), Some(after)) = switch {
-                *count = Some(count.unwrap_or(0) + after.times - before.times);
+                // One that is off from the start on has been switched off too.
+                *count = Some(count.unwrap_or(u64::from(!before.on)) + after.times - before.times);
             }
         }
         record.stop_reason = match &outcome {
@@ -270,7 +271,7 @@ impl Simulation {
                     Err(error) => {
                         // The step is taken back with all that was found in it: a run that goes on misses nothing.
                         record.events.truncate(known);
-                        self.go_back(&before)?;
+                        self.go_back(&before, &mut Patience::endless())?;
                         return Err(error);
                     }
                 };

@@ -1,14 +1,31 @@
 """Settings of the whole suite, with property tests that draw the same examples everywhere; and costly fixtures."""
 
 import json
+import os
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# Workers share the cores: threads of each one's linear algebra would wait for each other.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile(
     "suite", derandomize=True, deadline=None, max_examples=25, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("suite")
+
+
+def pytest_collection_modifyitems(items):
+    """Send the tests of one file to one worker, so that what they share is computed once; and all that read the report.
+
+    Takes ``--dist loadgroup``. Notebooks share nothing.
+    """
+    for item in items:
+        if {"draft", "numbers"} & set(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.xdist_group("report"))
+        elif item.path.name != "test_notebooks.py":
+            item.add_marker(pytest.mark.xdist_group(item.nodeid.partition("::")[0]))
 
 
 @pytest.fixture(scope="session")

@@ -35,6 +35,8 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "angular momentum": (2, -1, 1, 0),
     "potential": (2, -2, 0, 0),
     "acceleration": (1, -2, 0, 0),
+    "angular acceleration": (0, -2, 0, 1),
+    "pressure": (-1, -2, 1, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
 }
@@ -49,10 +51,12 @@ _EXAMPLES = {
     "velocity": "m/s",
     "spin": "rad/h",
     "angle": "deg",
-    "G": "m3/(kg s2)",
-    "mu": "km3/s2",
     "force": "N",
     "torque": "N m",
+    "angular acceleration": "rad/day2",
+    "pressure": "Pa",
+    "G": "m3/(kg s2)",
+    "mu": "km3/s2",
 }
 #: The units of ``units=True``, and others that a misspelt name may have meant.
 USUAL = ("km", "hour", "kg")
@@ -126,7 +130,7 @@ def _has_text(value: Any) -> bool:
 
 
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:
-    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
+    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; any other value unchanged.
 
     A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
     has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.

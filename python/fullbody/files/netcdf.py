@@ -101,7 +101,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         coordinates["force"] = ("force", forces, {"long_name": "forces from outside"})
         for name, (dims, dimension, text) in _OF_FORCES.items():
             variables[name] = (("time", "force", *dims), run._record[name], attributes(dimension, text))
-    of_events, labels, asked = occurrences.to_dataset(run, attributes)
+    of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
         variables | of_events,
@@ -112,7 +112,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
             "fullbody_format": 1 if run._start is None else _FORMAT if forces else 2,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
-            "fullbody_events": asked,
+            "fullbody_events": watched,
             "stop_reason": run.stop_reason,
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         }
@@ -170,7 +170,7 @@ def save(run: BaseRun, path: Any) -> None:
     numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
     encoding = {name: _protected(of) for name, of in numbers.items()}
     with replacing(path) as temporary:
-        # Through memory: where a disk is full, HDF5 itself would end the whole process.
+        # The file is made in memory first: on a full disk HDF5 itself would end the whole process.
         whole = BytesIO()
         dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
         whole.write(seal.seal(whole))
@@ -252,7 +252,7 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
         )
     system, integrator = _parsed(stored, "fullbody_setup", None, lambda setup: _restore(setup, system_type))
     counts = _parsed(stored, "fullbody_statistics", None, _statistics)
-    asked = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.asked_for(events, system))
+    watched = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.watched_events(events, system))
     record = {"time": stored.numbers("time", {"time": None})}
     sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
     sizes["time"] = len(record["time"])
@@ -266,7 +266,7 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
     check_unit(record["attitude"], "attitude")
     run = run_type(system, record, counts, integrator)
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
-    run.events = occurrences.from_file(stored, system, asked)
+    run.events = occurrences.from_file(stored, system, watched)
     if system.forces:
         run.switched_off = _parsed(stored, _SWITCHED_OFF, None, lambda counts: _switched_off(counts, system))
     run.stop_reason = stored.text("stop_reason", "unknown")

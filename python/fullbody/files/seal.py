@@ -42,7 +42,7 @@ def check(file: IO[bytes]) -> bool:
     Returns
     -------
     bool
-        Whether it has a seal; of one that has none only the length and the heaps are known to be right.
+        Whether it has a seal. Without one, only the length and the heaps are known to be right.
 
     Raises
     ------

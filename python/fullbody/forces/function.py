@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["Function"]
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
+#: The base of all of ctypes' function pointers.
+_FUNCTION_POINTER: Any = ctypes.CFUNCTYPE(None).__mro__[1]
 #: time, bodies, position, velocity, attitude, spin, force, torque, data; zero is success.
 SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[_POINTER] * 4, *[_POINTER] * 2, ctypes.c_void_p
@@ -45,25 +47,25 @@ class Unstored:
 class Function(Force):
     """A force of your own: a function of Python, or a compiled one.
 
-    A function of Python is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens of
-    microseconds: a run takes twenty times as long. It gives the forces (N, 3), inertial, or these and the torques (N, 3), in the
-    body frames.
+    A function of Python is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens
+    of microseconds: a run takes twenty times as long. It gives the forces (N, 3), inertial, or these and the torques
+    (N, 3), in the body frames.
 
-    A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or a ``ctypes``
-    function pointer with the signature ::
+    A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or
+    a ``ctypes`` function pointer with the signature ::
 
         int f(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
               const double *spin, double *force, double *torque, void *data)
 
-    in the system's units. Arrays are (bodies, 3), the attitudes (bodies, 4); force and torque come in as zeros. The answer is
-    zero, or the run ends. The data are those of the LowLevelCallable, and may be used from another thread.
+    in the system's units. Arrays are (bodies, 3), the attitudes (bodies, 4); force and torque come in as zeros. The
+    answer is zero, or the run ends. The data are those of the LowLevelCallable, and may be used from another thread.
 
     Parameters
     ----------
     function : callable, numba cfunc, LowLevelCallable or ctypes function
     depends_on_velocity : bool
-        ``False`` says that it depends on the time, the positions and the attitudes alone: the integrators of fixed steps then
-        take it.
+        ``False`` says that it depends on the time, the positions and the attitudes alone: the integrators of fixed
+        steps then take it.
     name : str, optional
         The function's own unless given.
 
@@ -75,8 +77,8 @@ class Function(Force):
 
     Notes
     -----
-    A smooth function: at a jump the step control takes many short steps. Only values count; nothing that a function keeps
-    from call to call may decide them, for steps are tried and taken back.
+    A smooth function: at a jump the step control takes many short steps. Only values count; nothing that a function
+    keeps from call to call may decide them, for steps are tried and taken back.
 
     Examples
     --------
@@ -127,14 +129,14 @@ class Function(Force):
 
 def _compiled(function: Any, name: str) -> Call | None:
     """The addresses of a compiled function; none of a function of Python."""
-    if isinstance(function, ctypes._CFuncPtr):
+    if isinstance(function, _FUNCTION_POINTER):
         return Call(ctypes.cast(function, ctypes.c_void_p).value or 0, 0, function)
     if hasattr(function, "_wrapper_address") and isinstance(getattr(function, "address", None), int):
         return Call(function.address, 0, function)
     if type(function).__name__ == "LowLevelCallable":
         pointer, data = function.function, function.user_data
         address = pointer.address if hasattr(pointer, "address") else None
-        if isinstance(pointer, ctypes._CFuncPtr):
+        if isinstance(pointer, _FUNCTION_POINTER):
             address = ctypes.cast(pointer, ctypes.c_void_p).value
         if address is None:
             address = _capsule(function[0], name)

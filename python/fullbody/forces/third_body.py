@@ -26,9 +26,9 @@ _ANGLES = ("i", "Omega", "omega", "M")
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.
 
-    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is not moved
-    by the system. A path is that of the barycentre as it would go without the forces: what they change of it, such as the
-    pull on the quadrupoles, is computed.
+    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is
+    not moved by the system. A path is that of the barycentre as it would go without the forces: what they change of
+    it, such as the pull on the quadrupoles, is computed.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ class ThirdBody(Force):
     Raises
     ------
     InvalidInput
-        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends before
-        the run does.
+        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends
+        before the run does.
 
     Notes
     -----
@@ -145,8 +145,8 @@ class ThirdBody(Force):
         -----
         The system moves on the Kepler orbit. How planets bend it is left out: for a close flyby give the orbit of the
         planet about the system. The built-in ephemeris is erfa's, which is good to some kilometres for the Earth and to
-        two arc minutes for the other planets, as seen from the Sun. G times masses are those of DE440 (Park et al. 2021,
-        Astron. J. 161, 105, doi:10.3847/1538-3881/abd414).
+        two arc minutes for the other planets, as seen from the Sun. G times masses are those of DE440 (Park et al.
+        2021, Astron. J. 161, 105, doi:10.3847/1538-3881/abd414).
 
         Examples
         --------

@@ -158,7 +158,7 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
     Parameters
     ----------
     vector : array_like or Quantity, (..., 3)
-        Of any length above zero and in any unit.
+        The direction, of any length above zero and in any unit.
 
     Returns
     -------
@@ -212,10 +212,10 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     Parameters
     ----------
     longitude, latitude : float or Quantity
-        Of the body's z-axis, in the frame that the state is in.
+        The direction of the body's z-axis, in the frame that the state is in.
     angle : float or Quantity
-        From the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis: W of the
-        IAU's rotational elements.
+        The angle from the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis:
+        W of the IAU's rotational elements.
 
     Returns
     -------

@@ -135,7 +135,7 @@ class Body(Tabled):
     mass, density : float or Quantity
         One of the two.
     name : str, optional
-        What errors, tables and plots call it. Bodies without a name are called after their place in the system.
+        The name in errors, tables and plots. A body without one is named after its place in the system.
 
     Raises
     ------
@@ -262,15 +262,18 @@ class Body(Tabled):
         mass, density = attach(self._mass, "mass"), attach(self._density, "density")
         return Body(type(self._shape)(*sizes), mass=mass, density=density, name=self._name)
 
+    def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
+        """Semi-axes as numbers in a system's units; ``None`` for a point."""
+        if self._shape._lengths is None:
+            return None
+        labelled = zip(self._shape._lengths, "abc", strict=True)
+        a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)
+        return a, b, c
+
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         name = self._name if self._name is not None else f"body {index}"
-        axes: Any = self._shape._lengths
-        if axes is not None:
-            axes = tuple(
-                units.number(axis, "length", f"semi-axis {label} of {name}")
-                for axis, label in zip(axes, "abc", strict=True)
-            )
+        axes = self._semi_axes(units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))

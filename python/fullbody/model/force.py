@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, fields
+from math import cbrt, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..base.arguments import name_of, named_options, place
@@ -34,7 +35,7 @@ class Ground:
 
 
 class Call:
-    """A function in C: its address and that of its data, and what keeps both. What a function of Python raised stays here."""
+    """A function in C: its address, that of its data, and what keeps both; the last error of a Python function."""
 
     def __init__(self, address: int, data: int, keep: Any) -> None:
         self.address, self.data, self.keep = address, data, keep
@@ -90,6 +91,18 @@ class Force(ScalarFields):
 
     def _place(self, ground: Ground, role: str) -> int:
         return place(getattr(self, role), ground.names, f"{role} of {self.name}")
+
+    def _radius(self, ground: Ground, index: int) -> float:
+        """The radius that the force was given, or that of the sphere of the body's volume."""
+        given = getattr(self, "radius", None)
+        if given is not None:
+            return ground.units.number(given, "length", f"radius of {self.name}")
+        volume = float(ground.body(index).volume)
+        if volume == 0.0:
+            raise InvalidInput(
+                f"radius of {self.name} is not given, and {ground.names[index]} is a point; expected a radius"
+            )
+        return float(cbrt(0.75 * volume / pi))
 
     def _describe(self, ground: Ground) -> dict[str, Any]:
         """The force in numbers of a system's units, as the core takes it."""

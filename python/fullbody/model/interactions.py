@@ -1,4 +1,4 @@
-"""What acts in a state, and what the motion conserves of it."""
+"""Forces, torques and energy of a state, and the quantities that the motion conserves."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Energy(ScalarFields, Tabled):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Invariants(ArrayFields):
-    """What a motion conserves, at a time.
+    """The quantities that a motion conserves, at a time.
 
     Attributes
     ----------

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, Literal, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
@@ -182,9 +183,13 @@ class BaseSystem(Tabled):
     @property
     def masses(self) -> Array:
         """Masses (N,)."""
-        values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
-        masses: Array = self._units.attach(np.array(values), "mass")
+        masses: Array = self._units.attach(self._masses, "mass")
         return masses
+
+    @property
+    def _masses(self) -> npt.NDArray[np.float64]:
+        """Masses (N,) as numbers in the system's units."""
+        return np.array([body._core(self._units, k).mass for k, body in enumerate(self._bodies)])
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """G times the sum of two masses.
@@ -192,15 +197,14 @@ class BaseSystem(Tabled):
         Parameters
         ----------
         body, about : int or str
-            Places in :attr:`bodies`, or names, of two bodies.
+            Places in :attr:`~fullbody.System.bodies`, or names, of two bodies.
         """
-        masses = [each._core(self._units, k).mass for k, each in enumerate(self._bodies)]
         first, second = self._place(body, "body"), self._place(about, "about")
         if first == second:
             raise InvalidInput(
                 f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
             )
-        return self._units.attach_mu(self._G * (masses[first] + masses[second]))
+        return self._units.attach_mu(float(self._G * (self._masses[first] + self._masses[second])))
 
     def index(self, body: int | str) -> int:
         """The place of a body.
@@ -397,14 +401,14 @@ class BaseSystem(Tabled):
         """The forces that files cannot keep."""
         return tuple(force for force in self._forces if force.name in self._calls)
 
-    def _caused(self, error: Exception) -> Exception:
+    def _caused(self, error: BaseException) -> BaseException:
         """The error with what the function of a force raised as its cause; Ctrl-C in there is Ctrl-C."""
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if call is None or call.raised is None:
             return error
         raised, call.raised = call.raised, None
         if isinstance(raised, KeyboardInterrupt):
-            return raised  # type: ignore[return-value]
+            return raised
         if isinstance(error, ForceFailed):
             error = ForceFailed(f"force {error.force} at time {error.time}: {raised}", error.force, error.time)
         error.__cause__ = raised
@@ -522,7 +526,9 @@ class BaseSystem(Tabled):
     def _tables_of_forces(self) -> tuple[Table, ...]:
         """The forces from outside, one a row, where there are some."""
         both = zip(self._forces, self._core.forces, strict=True)
-        rows = [(force.name, type(force).__name__, force._words(described, self._units)) for force, described in both]
+        rows: list[Sequence[str]] = [
+            (force.name, type(force).__name__, force._words(described, self._units)) for force, described in both
+        ]
         return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()
 
     def __repr__(self) -> str:

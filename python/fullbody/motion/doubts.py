@@ -22,7 +22,7 @@ _FAR = 1e3
 
 
 def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """What is doubtful about a start.
+    """Warnings about a start.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
         The sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed steps.
     """
     if len(system) > 1:
-        masses = np.asarray(getattr(system.masses, "value", system.masses))
+        masses = system._masses
         # The run itself refuses what is too large.
         with np.errstate(all="ignore"):
             yield from _unbound(system, start, masses)

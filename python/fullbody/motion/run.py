@@ -1,4 +1,4 @@
-"""What can be done with a run: drawn, filmed, viewed, turned into tables, saved."""
+"""The verbs of a run: draw, film, view, turn into tables, save."""
 
 from __future__ import annotations
 
@@ -142,8 +142,8 @@ class RunVerbs(BaseRun):
 
         Kept are samples, the start, set-up, statistics, events and the stop reason. Not kept are the continuous
         solution of ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the
-        name, with the times and states where they vanished. Nor are those of :class:`fullbody.forces.Function`: the system
-        of a run from a file has the force, and fails with its name where it is integrated.
+        name, with the times and states where they vanished. Nor are those of :class:`fullbody.forces.Function`: the
+        system of a run from a file has the force, and fails with its name where it is integrated.
 
         The file ends with a checksum of the whole, behind what NetCDF reads. :func:`fullbody.load` checks it first.
         Other programs do not see it, and cut it off when they write to the file; load then warns.

@@ -27,8 +27,8 @@ from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98, rebuild
 from ..record.statistics import Statistics
 from ..typing import Scalar
-from .asked import Bar, autosaving, sampling, watched
 from .doubts import of_start
+from .options import Bar, autosaving, sampling, watched
 from .run import RunVerbs
 
 __all__ = ["Run", "Simulation", "System"]
@@ -311,7 +311,8 @@ class Simulation:
         ----------
         path : str or Path
         forces : iterable of Force
-            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no functions.
+            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no
+            functions.
 
         Returns
         -------

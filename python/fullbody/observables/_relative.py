@@ -78,8 +78,8 @@ class RelativeMotion:
 
     @cached_property
     def path(self) -> follow.Path:
-        """The motion at even times, close enough to hold its harmonics; the samples where they are that, or it is no
-        orbit.
+        """The motion at even times that are close enough to hold its harmonics. Such samples are taken as they are, and
+        so are those of a motion that is no orbit.
         """
         samples = self._samples
         if not self._orbits:

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
 _Array = npt.NDArray[np.float64]
-#: Terms of the distance that are looked at, how near to the mean motion the periapsis' is, and the size relative to the
-#: distance below which a run has no periapsis but by its own errors.
+#: How many periodic terms of the distance are computed, how near to the mean motion the frequency of periapsis is, and
+#: the size of that term relative to the distance below which it may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
-#: Two apsidal rates agree within this part of them and within this part of a turn over the run.
+#: Two apsidal rates agree if they differ by less than this part of them plus this part of a turn over the run.
 _AGREE, _TURNED = 0.02, 1e-4
 
 
@@ -37,7 +37,7 @@ class ElementRates(ArrayFields):
     Attributes
     ----------
     elements : KeplerElements
-        Of arrays (K,), angles without jumps.
+        Elements with arrays (K,), whose angles have no jumps.
     rates : dict of str to ndarray or Quantity
         Present rates of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M`` (K,), by differences of second order.
     mean_rates : dict of str to float or Quantity
@@ -60,7 +60,7 @@ class MutualPeriod(ArrayFields):
     time : ndarray or Quantity, (R,)
         Ends of the revolutions, counted from the earliest time.
     period : ndarray or Quantity, (R,)
-        Of each revolution.
+        The period of each revolution.
     mean : float or Quantity
         2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under the
         third power of a Hann window. It takes all samples and leaves next to nothing of what recurs four times or more;
@@ -94,11 +94,11 @@ class Precession(ArrayFields):
         Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` where either has none. It vanishes
         at the critical inclination. The longitude of periapsis, Omega + omega, moves by this and ``nodal`` together.
     anomalistic_period : float, Quantity or None
-        From periapsis to periapsis.
+        The mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
-        Of a revolution in the moving plane: 2 pi by the mean of |r x v|/r^2, the angle from the direction that
-        ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is faster by
-        (1 - cos i) d(Omega)/dt.
+        The mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of
+        the angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M,
+        is faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
@@ -217,7 +217,7 @@ def mutual_period(run: BaseRun, *, body: int | str = 1, about: int | str = 0) ->
 
 
 def passages(motion: RelativeMotion) -> _Array:
-    """When the longitude is whole turns from that at the earliest time, which is the first."""
+    """The times at which the longitude has made whole turns since the earliest time, which is the first of them."""
     longitude, rate = motion.longitude
     order = np.argsort(motion.path.time)
     t, angle, rate = motion.path.time[order], longitude[order], rate[order]
@@ -233,7 +233,7 @@ def passages(motion: RelativeMotion) -> _Array:
 
 
 def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
-    """Passages of a longitude, after Newton's method along the Kepler orbits: a spline misses what is eccentric."""
+    """Passages of a longitude, improved by Newton's method along the Kepler orbits: a spline errs on eccentric ones."""
     for _ in range(3):
         angle, rate = motion.longitude_at(moments)
         missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
@@ -254,7 +254,7 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     Parameters
     ----------
     run : Run
-        Of several revolutions; the more, the better the means.
+        A run of several revolutions; the more, the better the means.
     axis : array_like, (3,), optional
         The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
     body, about : int or str
@@ -279,8 +279,8 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     In a plane that turns there is no fixed direction to measure from. The node turns in it by cos(i) d(Omega)/dt, and
     a fixed plane that the orbit is projected on shows another rate after whole turns of the node than after a part of
     one. The direction that does not turn in the plane is the departure point of Hansen's ideal frame: from it the true
-    longitude grows by |r x v|/r^2, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253; Lara &
-    Urrutxua 2023, Universe 9, 470).
+    longitude grows by ``|r x v| / r^2``, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253;
+    Lara & Urrutxua 2023, Universe 9, 470).
 
     Examples
     --------
@@ -324,7 +324,7 @@ def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None
 
 
 def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
-    """Refuse samples of which every second one tells another precession."""
+    """Refuse samples if every second one alone gives another precession."""
     sidereal, radial = frequencies(motion, motion.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:

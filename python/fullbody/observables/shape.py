@@ -55,11 +55,10 @@ class Eccentricity(ArrayFields):
     Attributes
     ----------
     free : float or None
-        Of the ellipse that the distance follows, whose periapsis precesses: what ``eccentricity=`` of a mean orbit of
-        :func:`fullbody.binary` sets. ``None`` where the distance shows no periapsis.
+        The eccentricity of the ellipse that the distance follows, whose periapsis precesses. ``eccentricity=`` of a
+        mean orbit of :func:`fullbody.binary` sets it. ``None`` where the distance shows no periapsis.
     forced : float
-        What the osculating eccentricity has beside that, on the mean: it belongs to the bodies' figures and is there on
-        a circular orbit too.
+        The mean part of the osculating eccentricity that the bodies' figures force. A circular orbit has it too.
     osculating : float
         The mean of the osculating eccentricity. Between the difference of the other two and their sum.
     """
@@ -79,7 +78,7 @@ def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> O
     Parameters
     ----------
     run : Run
-        Of one revolution at least.
+        A run of one revolution at least.
     body, about : int or str
         Places in the system, or names.
 
@@ -171,7 +170,7 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        Of five revolutions at least; the more, the better the means.
+        A run of five revolutions at least; the more, the better the means.
     mu : float or Quantity, optional
         G times the sum of the two masses unless given: what the osculating elements are formed with.
     body, about : int or str
@@ -188,9 +187,9 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
 
     Notes
     -----
-    With h = r x v, the vector v x h = mu (r/|r| + e) of an osculating orbit is, seen in the moving plane,
+    With h = r x v, the vector v x h = mu (r / abs(r) + e) of an osculating orbit is, seen in the moving plane,
 
-        v x h = A r/|r| + B,
+        v x h = A r / abs(r) + B,
 
     with a number A and a vector B that turns at the apsidal rate, by least squares over the run; what is left is of the
     order of e times the forced eccentricity. Then ``free`` is abs(B)/A, the eccentricity of a Kepler orbit with A for

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from ..base.arguments import integer, named_options
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
-from ..model.bodies import PointMass
 from ..typing import Array, Scalar
 from . import _signal as signal
 from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
@@ -32,13 +31,13 @@ class Libration(ArrayFields):
     ----------
     time : ndarray or Quantity, (K,)
     angle : ndarray or Quantity, (K,)
-        From the line to the longest axis, in the orbit's plane, positive along the motion; without jumps, so that it
-        grows or falls without end where the body does not librate.
+        The angle from the line to the longest axis, in the orbit's plane, positive along the motion. It has no jumps,
+        so that it grows or falls without end where the body does not librate.
     amplitude : float, Quantity or None
         Half of peak to peak; ``None`` above a quarter turn, where the other end of the axis is the nearer one for a
         while: the body turns round, and does not librate.
     frequencies, amplitudes : ndarray or Quantity
-        Of its strongest periodic terms, the strongest first as found; empty where it does not librate.
+        Those of its strongest periodic terms, the strongest first; empty where it does not librate.
     """
 
     time: Array
@@ -174,7 +173,7 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
     Parameters
     ----------
     run : Run
-        Of several periods of it, sampled several times in each.
+        A run of several periods of the libration, sampled several times in each.
     body, about : int or str
         Places in the system, or names.
     count : int
@@ -212,13 +211,12 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
     if (integer(count) or 0) < 1:
         raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
     motion = RelativeMotion(run, body, about, 16, "a libration", REVOLUTIONS)
-    shape = run.system.bodies[motion.body].shape
-    if isinstance(shape, PointMass):
+    axes = run.system.bodies[motion.body]._semi_axes(motion.units)
+    if axes is None:
         raise InvalidInput(f"{motion.name} is a point; it has no axis to librate")
-    axes = [motion.units.number(axis, "length", "semi-axis") for axis in shape.semi_axes]
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:
-        raise InvalidInput(f"{motion.name} has the semi-axes {axes}, no single longest one to librate")
+        raise InvalidInput(f"{motion.name} has the semi-axes {list(axes)}, no single longest one to librate")
     x, y, _ = np.moveaxis(orbit_frame(motion), 2, 0)
     axis = motion.matrix[:, :, longest]
     across = np.linalg.norm(np.cross(axis, motion.normal), axis=1)

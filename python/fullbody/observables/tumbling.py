@@ -36,7 +36,7 @@ class Tumbling(ArrayFields):
     Attributes
     ----------
     time : float, Quantity or None
-        Of the first passage; ``None`` where there is none in the run.
+        The time of the first passage; ``None`` where there is none in the run.
     angle : {"roll", "pitch", "yaw"} or None
         The one that passed the limit.
     largest : ndarray or Quantity, (3,)

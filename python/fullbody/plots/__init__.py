@@ -29,7 +29,7 @@ class Plots:
     Parameters
     ----------
     run : Run
-        With at least one sample.
+        A run with at least one sample.
 
     Examples
     --------
@@ -174,8 +174,8 @@ class Plots:
     def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Axes:
         """Roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
 
-        Of a body that goes round under the other one, or whose samples do not tell how it turns, the angle of its
-        z-axis from the orbit's normal instead; see :func:`fullbody.observables.roll_pitch_yaw`.
+        For a body that goes round under the other one, or whose samples do not show how it turns, the angle of its
+        z-axis from the orbit's normal is drawn instead; see :func:`fullbody.observables.roll_pitch_yaw`.
 
         Parameters
         ----------

@@ -65,7 +65,7 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
             elements(run, panels, mu=None, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
-            # Such as motion along a line.
+            # Motion along a line, for instance, has no elements.
             for ax in panels:
                 ax.remove()
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
@@ -79,7 +79,7 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
             # The lowest panel names the time for all.
             ax.label_outer()
         except InvalidInput as error:
-            # Such as motion along a line, or a body alone.
+            # Motion along a line, for instance, and a body alone have no frame of an orbit.
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
             right.text(0.5, 1.0 - (place + 0.5) / count, note, ha="center", va="center")

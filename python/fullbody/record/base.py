@@ -1,4 +1,4 @@
-"""What a run recorded, as arrays, and how well it conserved what is conserved."""
+"""The samples of a run as arrays, and how well it kept energy and angular momentum."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ STOP_REASONS = {
 
 
 class BaseRun(Tabled):
-    """What an integration recorded; K samples of N bodies.
+    """The record of an integration: K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
     :class:`Run` (its start, statistics and events are the whole run's).
@@ -52,7 +52,7 @@ class BaseRun(Tabled):
     statistics : Statistics
     integrator : Integrator
     events : list of Occurrence
-        What was watched for and happened, in order of the run.
+        The events that happened, in order of the run.
     stop_reason : str
         ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
         error); ``"unknown"`` in a run from a file that does not tell.
@@ -60,7 +60,7 @@ class BaseRun(Tabled):
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     switched_off : dict of int
         How often forces that act at times only were switched off in the run, by their names:
-        :class:`fullbody.forces.Byorp` while the secondary is not locked.
+        :class:`fullbody.forces.Byorp` while the secondary is not locked. One that is off when the run begins counts.
     """
 
     system: BaseSystem
@@ -405,7 +405,7 @@ class BaseRun(Tabled):
         return conserved.drift(name, self._reference(), self._record)
 
     def _relative_to(self, name: str) -> float:
-        """What a drift is relative to; zero where there is nothing, and in a run without samples."""
+        """The size that a drift is relative to; zero in a run without samples."""
         return conserved.size(name, self._reference()) if len(self._record["time"]) else 0.0
 
     def _reference(self) -> npt.NDArray[np.float64]:

@@ -23,7 +23,7 @@ class Track(ArrayFields):
     Attributes
     ----------
     name : str
-        Of the body; ``body i`` where none was given.
+        The body's name; ``body i`` where none was given.
     time : ndarray or Quantity, (K,)
     position : ndarray or Quantity, (K, 3)
         Centres, inertial.

@@ -63,26 +63,26 @@ def binary(
     primary, secondary : Component
     total_mass : float or Quantity, optional
     mass_ratio : float, optional
-        Secondary by primary.
+        The secondary's mass divided by the primary's.
     equal_density : bool
         Split the total mass by volume.
     period, semi_major_axis : float or Quantity, optional
-        Those of the mutual orbit; give one of them, or both.
+        Those of the mutual orbit. Give one of them, or both.
     eccentricity : float
     elements : {"mean", "osculating"}, optional
-        Whether the orbit is one of that mean period in the bodies' actual attraction, or the Kepler orbit of the start;
-        see the notes. Unless given it is ``"mean"`` where there is a period, for observed periods are means, and
+        Whether the orbit has that mean period in the bodies' actual attraction, or the start is that of the Kepler
+        orbit; see the notes. Unless given it is ``"mean"`` where there is a period, for observed periods are means, and
         ``"osculating"`` where there is a semi-major axis alone.
     argument_of_periapsis, mean_anomaly : float or Quantity
-        At the start; the former from the ascending node.
+        The angles at the start; the former is measured from the ascending node.
     pole : (longitude, latitude), optional
-        Of the mutual orbit, radians or Quantities, in the frame that the state is to be in: the node is at the
-        longitude plus 90 degrees. Without it the orbit's plane is the xy-plane and its node the x-axis.
+        The pole of the mutual orbit, radians or Quantities, in the frame that the state is to be in: the node is at the
+        longitude plus 90 degrees. By default the orbit's plane is the xy-plane and its node the x-axis.
     synchronous : bool
-        The secondary's spin is the orbit's mean motion, and its x-axis points at the primary at the start, as nearly as
-        its pole allows. Otherwise its ``rotation_period`` and ``rotation_angle`` hold.
+        Whether the secondary's spin is the orbit's mean motion, and its x-axis points at the primary at the start as
+        nearly as its pole allows. Otherwise its ``rotation_period`` and ``rotation_angle`` hold.
     libration : float or Quantity
-        Turns a synchronous secondary about its z-axis away from that.
+        The angle by which a synchronous secondary is turned away from that about its z-axis.
     at_rest : {"barycentre", "primary"}
         Whether the barycentre or the primary starts at rest at the origin.
     mismatch_warning, mismatch_error : float
@@ -91,7 +91,7 @@ def binary(
     G, units
         As for :class:`fullbody.System`.
     time : float or Quantity
-        Of the state.
+        The time of the state.
     **options
         Passed to :class:`fullbody.System`; ``epoch=`` and ``frame=`` say what time zero and the axes are.
 
@@ -115,7 +115,7 @@ def binary(
         has to 1e-6 over the revolutions that it is measured in, that does not last to 1e-4 over two and four times as
         many, or that cannot be measured over either, for the bodies meet (see the notes); for an implied density
         outside 100 to 20000 kg/m^3, where there are units; for a semi-major axis above 200 times the longest semi-axis
-        of the primary; for a body that rotates by nothing that is stated, which starts without rotation
+        of the primary; for a body whose rotation is not given, which starts without any
         (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
@@ -136,7 +136,7 @@ def binary(
     16 (to 64) revolutions is ``period`` to 1e-6, and its distance may differ a little from a published semi-major axis.
     Then the means over the first 32 and 64 (to 128 and 256) are compared with it. Where one differs by more than 1e-4
     there is no lasting mean, and a warning: where a body tumbles or librates irregularly, as long ones do on orbits of
-    some eccentricity. Nothing is looked at beyond these revolutions, nor between spheres or points, whose orbits are
+    some eccentricity. Nothing is measured beyond these revolutions, nor for spheres or points, whose orbits are
     Kepler's. All this takes some tenths of a second with the exact methods and with short series.
 
     Examples

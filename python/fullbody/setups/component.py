@@ -28,27 +28,29 @@ class Component(ArrayFields, Tabled):
     Parameters
     ----------
     semi_axes : (a, b, c), optional
-        Along the body's x, y and z. Of the three sizes give one.
+        The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters`` and ``diameter``.
     diameters : (2a, 2b, 2c), optional
         Whole axes instead of half ones.
     diameter : float or Quantity, optional
-        Of the sphere of equal volume, with ``axis_ratios``.
+        The diameter of the sphere of equal volume; ``axis_ratios`` shapes it.
     axis_ratios : (a/b, b/c)
-        With ``diameter``; one and one for a sphere. The second is b/c, as light curves are modelled with; of published
-        a/b and a/c it is the latter by the former: ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
+        The ratios of neighbouring axes, beside ``diameter``; one and one for a sphere. Models of light curves have
+        these two. Where a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3, 1.6 /
+        1.3)`` for a/b = 1.3 and a/c = 1.6.
     mass, density : float or Quantity, optional
         At most one of the two. Without either the mass follows from what is known of the binary.
     rotation_period : float or Quantity, optional
-        Of the spin about the body's z-axis; negative for a spin against it, infinite for none. Without it a body that
-        is not synchronous starts without rotation too, with a warning.
+        The period of the spin about the body's z-axis: negative for a spin against it, infinite for none. Without it a
+        body that is not synchronous starts without rotation too, with a warning.
     pole : (longitude, latitude), optional
-        Of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. Without it: the orbit's pole.
+        The direction of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. By default it is
+        the orbit's pole.
     rotation_angle : float or Quantity
-        From the ascending node of the body's equator to its x-axis at the start; see :func:`fullbody.frames.attitude`.
-        Not for a secondary that starts pointing at the primary.
+        The angle from the ascending node of the body's equator to its x-axis at the start; see
+        :func:`fullbody.frames.attitude`. A synchronous secondary takes none, since it points at the primary.
     name : str, optional
     tilt : float or Quantity
-        Of the body's z-axis from the orbit's pole, about the orbit's node; instead of ``pole``.
+        The angle from the orbit's pole to the body's z-axis, about the orbit's node; instead of ``pole``.
 
     Examples
     --------

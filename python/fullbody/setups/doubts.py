@@ -22,7 +22,7 @@ def of_binary(
 ) -> Iterator[str]:
     """Warnings about sizes, spins and densities."""
     units = system._units
-    longest = max(units.number(axis, "length", "semi-axis") for axis in system.bodies[0].shape._lengths or ())
+    longest = max(system.bodies[0]._semi_axes(units) or ())
     if separation > _WIDE * longest:
         far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
         yield (

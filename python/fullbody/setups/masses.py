@@ -100,7 +100,7 @@ def _positive(number: float, value: Any, what: str) -> float:
 
 
 def solve(known: Known) -> tuple[Found, list[Mismatch]]:
-    """What follows from the given numbers, and each comparison of two values of one quantity.
+    """The numbers that follow from the given ones, and each comparison of two values of one quantity.
 
     Raises
     ------

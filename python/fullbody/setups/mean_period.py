@@ -103,18 +103,14 @@ def _revolutions(system: System, locked: Sequence[int]) -> int:
     """How many revolutions hold some free librations of the slowest locked body; a nearly round one swings slowly."""
     slowest = np.inf
     for place in locked:
-        a, b, _ = _semi_axes(system, place)
-        if a != b:
+        axes = system.bodies[place]._semi_axes(system._units)
+        if axes is not None and axes[0] != axes[1]:
+            a, b, _ = axes
             slowest = min(slowest, float(np.sqrt(3 * abs(a**2 - b**2) / (a**2 + b**2))))
     return int(np.clip(np.ceil(LIBRATIONS / slowest), REVOLUTIONS, MOST))
 
 
 def _of_points(system: System) -> bool:
     """Whether the bodies attract as points do, so that a Kepler orbit is exact."""
-    spheres = all(len(set(_semi_axes(system, place))) <= 1 for place in range(len(system)))
+    spheres = all(len(set(body._semi_axes(system._units) or ())) <= 1 for body in system.bodies)
     return spheres or system.options["gravity"] == "point"
-
-
-def _semi_axes(system: System, place: int) -> list[float]:
-    """Semi-axes in plain numbers."""
-    return [system._units.number(axis, "length", "semi-axis") for axis in system.bodies[place].shape._lengths or ()]

@@ -62,13 +62,13 @@ class Start:
     Attributes
     ----------
     separation
-        From the primary to the secondary (3,), on the Kepler orbit of the masses.
+        The vector from the primary to the secondary (3,), on the Kepler orbit of the masses.
     attitudes
-        Of both (2, 4).
+        The attitudes of both (2, 4).
     rates
-        Of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
+        The rates of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
     shares
-        Positions and velocities of the bodies by the relative ones (2,).
+        The bodies' positions and velocities divided by the relative ones (2,).
     primary_turns
         Whether the primary turns relative to the line that joins the bodies.
     """

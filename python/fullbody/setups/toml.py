@@ -153,7 +153,7 @@ def read_toml(path: Any) -> Setup:
     Returns
     -------
     Setup
-        With ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
+        The set-up with its ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
 
     Raises
     ------
@@ -284,8 +284,7 @@ def _state(run: Table, system: System, rows: list[Table]) -> State:
         attitude[k] = _attitude(row)
         spin[k] = _spin(row)
     if run.choice("origin", ("given", "barycentre")) == "barycentre":
-        weights = np.array([body._core(run.units, k).mass for k, body in enumerate(system.bodies)])
-        weights /= weights.sum()
+        weights = system._masses / system._masses.sum()
         position, velocity = position - weights @ position, velocity - weights @ velocity
     start = run.number("start", "time") if "start" in run else 0.0
     attach = run.units.attach

@@ -14,13 +14,16 @@ __all__ = ["ELEMENTS", "elements", "force"]
 #: Elements of an orbit with their dimensions.
 ELEMENTS = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
-_TEXTS = ("name", "of", "on", "by", "about")
+_TEXTS = ("name", "of", "on", "by", "about", "normalization")
 #: Dimensions of the numbers among the arguments of all kinds.
 _NUMBERS: dict[str, str | None] = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
     **{"k2": None, "lag": "time", "radius": "length"},
     **{"along": "torque", "across": "torque", "obliquity": "angle", "pole": None, "force": "force"},
+    **{"coefficient": None, "pressure": "pressure"},
 }
+#: That of a torque of radiation under a normalization; of others it is a pure number.
+_TORQUES = {"acceleration": "angular acceleration"}
 
 
 def elements(table: Table) -> KeplerElements[Any]:
@@ -53,4 +56,7 @@ def _argument(table: Table, key: str) -> Any:
         return elements(table.table(key).only(*ELEMENTS))
     if key in _TEXTS:
         return table.text(key)
-    return table.array(key, _NUMBERS[key])
+    dimension = _NUMBERS[key]
+    if dimension == "torque" and "normalization" in table:
+        dimension = _TORQUES.get(table.text("normalization"))
+    return table.array(key, dimension)

@@ -112,12 +112,12 @@ def didymos(
     Parameters
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -192,12 +192,12 @@ def didymos_after_dart(
     tilt : float or Quantity
         Of Dimorphos' pole from the orbit's normal, radians; the longest axis points at Didymos all the same.
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state; see :func:`didymos`.
+        Frame of the state; see :func:`didymos`.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 

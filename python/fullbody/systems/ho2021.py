@@ -99,7 +99,7 @@ def kw4_ho2021(
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a, as in the paper.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -177,7 +177,7 @@ def kw4(
         below: at time zero as at the epoch of its elements, unless the system has an ``epoch``. The
         orbit's pole in the ecliptic, which that needs, is known less well: see the assumptions.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 

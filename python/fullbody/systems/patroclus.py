@@ -54,12 +54,12 @@ def patroclus_menoetius(
     Parameters
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane and its node as x-axis.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 

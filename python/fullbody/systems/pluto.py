@@ -52,10 +52,10 @@ def pluto_charon(*, frame: Frame = "equatorial", units: UnitsChoice = False, **o
     Parameters
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the orbit's plane as xy-plane
-        with its node on the equator on the x-axis.
+        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the orbit's plane as
+        xy-plane with its node on the equator on the x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 

@@ -131,13 +131,13 @@ def sn263_2001(
     axis_ratios : three pairs (a/b, b/c)
         Of Alpha, Beta and Gamma, at the published volumes.
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's orbit as
-        xy-plane with its node on the equator on the x-axis.
+        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's
+        orbit as xy-plane with its node on the equator on the x-axis.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below, nine years before whose epoch the state is, so that the Sun's place may be off by a degree.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 

@@ -1,0 +1,256 @@
+"""Radiation: the drift of an orbit by a given force, when it is switched off, the torque on a spin, and facets that cancel."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Byorp, Tide, Yorp
+from scenes import body_alone
+from support import inertia, matrix, worst
+
+
+def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
+    """A triaxial secondary on a circle of radius one about a heavy body, its long axis turned from the line between them."""
+    bodies = [
+        fullbody.Body(primary or fullbody.Sphere(0.3), mass=1.0, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
+    ]
+    system = fullbody.System(bodies, G=1.0, forces=forces)
+    # On the circle that the secondary's quadrupole leaves, so that nothing else librates.
+    a, b, c = axes
+    pull = (1 + mass) * (1 + 0.3 * (2 * a * a - b * b - c * c))
+    n = np.sqrt(pull)
+    r, v = np.array([1.0, 0, 0]), np.array([0, n, 0])
+    share = mass / (1 + mass)
+    q = np.array([np.cos(turned / 2), 0, 0, np.sin(turned / 2)])
+    if tilt:
+        q = [q[0] * np.cos(tilt / 2), q[0] * np.sin(tilt / 2), q[3] * np.sin(tilt / 2), q[3] * np.cos(tilt / 2)]
+    state = fullbody.State(
+        [-share * r, (1 - share) * r],
+        [-share * v, (1 - share) * v],
+        attitude=[[1.0, 0, 0, 0], q],
+        spin=[[0, 0, 0], [0, 0, rate * n]],
+    )
+    return system, state
+
+
+def push(force=1e-9):
+    return Byorp(on="B", about="A", force=force, name="BYORP")
+
+
+def drift_of(force, mass=1e-3, axes=(0.1, 0.09, 0.08)):
+    return 2 * force / (mass * np.sqrt(1 + mass)) / (1 - 3 * inertia(mass, axes)[2] / mass)
+
+
+@pytest.mark.parametrize("force", [2e-9, -2e-9])
+def test_the_orbit_drifts_by_2_F_over_m_n(force):
+    """Over twenty turns; by the difference to the run without, which takes off the secondary's quadrupole.
+
+    The secondary keeps turning with the orbit, so that the orbit has the change of its spin as well: C dn/da of the
+    m n a / 2 that dL/da is. Both ways, since the rate grows with a.
+    """
+    system, state = synchronous()
+    until = 40 * np.pi
+    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([push(force)]), system)]
+    drift = ends[0].elements().a[0] - ends[1].elements().a[0]
+    assert drift / until == pytest.approx(drift_of(force), rel=3e-3)
+    assert ends[0].switched_off == {"BYORP": 0}
+
+
+def test_the_force_is_along_the_motion_on_the_secondary_alone():
+    """In the plane of the orbit, across the line to the other body, also on an eccentric orbit."""
+    system, state = synchronous()
+    r, v = fullbody.KeplerElements(1.0, 0.4, 0.0, 0.0, 0.0, 1.0).to_cartesian(1.001)
+    speed = np.array([3.0, 0.0, 1.0])
+    angle = np.arctan2(r[1], r[0])
+    q = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
+    rate = np.cross(r, v)[2] / (r @ r)
+    moved = fullbody.State([0 * r, r], [speed, speed + v], attitude=[[1.0, 0, 0, 0], q], spin=[[0, 0, 0], [0, 0, rate]])
+    loads = system.with_forces([push(0.5)]).loads(moved)["BYORP"]
+    across = np.cross([0, 0, 1.0], r / np.linalg.norm(r))
+    np.testing.assert_allclose(loads.force, [[0, 0, 0], 0.5 * across], rtol=0, atol=1e-15)
+    assert (loads.torque == 0).all()
+
+
+def test_where_tide_and_byorp_balance():
+    """2 F/(m n) = 6 k2 G M q (1+q) R^5 lag / a^7: the orbit stands still there, grows outside, and shrinks inside."""
+    mass, radius, a = 1e-3, 0.3, 1.0
+    system, state = synchronous(mass=mass)
+    force = 2e-9
+    n = np.sqrt((1 + mass) / a**3)
+    k2_lag = 2 * force / (mass * n) * a**7 / (6 * mass * (1 + mass) * radius**5)
+    until = 40 * np.pi
+    free = system.integrate(state, until, output=[until]).elements().a[0]
+    drifts = {}
+    for factor in (0.0, 0.5, 1.0, 2.0):
+        tide = Tide(on="A", by="B", k2=1.0, lag=factor * k2_lag, name="tide")
+        run = system.with_forces([push(force), tide]).integrate(state, until, output=[until])
+        drifts[factor] = run.elements().a[0] - free
+        assert run.switched_off["BYORP"] == 0
+    for factor, drift in drifts.items():
+        assert drift / drifts[0.0] == pytest.approx(1.0 - factor, abs=0.03)
+
+
+# Locked or not.
+
+
+def swinging(turned, rate, until=100.0, **given):
+    system, state = synchronous(turned, rate, **given)
+    return system.with_forces([push()]).integrate(state, until)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.5, 1.2, -1.4, np.pi - 1.2])
+def test_a_libration_of_any_size_stays_locked(turned):
+    run = swinging(turned, 1.0)
+    assert run.switched_off == {"BYORP": 0}
+    # All the time: the work is the force times the way across the line.
+    r = run.position[:, 1] - run.position[:, 0]
+    across = np.cross([0, 0, 1.0], r / np.linalg.norm(r, axis=1, keepdims=True))
+    power = 1e-9 * np.sum(run.velocity[:, 1] * across, axis=1)
+    assert run.work["BYORP"][-1] == pytest.approx(np.trapezoid(power, run.time), rel=1e-4)
+
+
+@pytest.mark.parametrize("rate", [2.0, 0.0, -1.0])
+def test_a_circulating_secondary_is_not_pushed(rate):
+    run = swinging(0.0, rate)
+    assert run.switched_off == {"BYORP": 1}
+    assert (run.work["BYORP"] == 0).all()
+
+
+@pytest.mark.parametrize(("share", "times"), [(0.93, 0), (1.07, 1)])
+def test_the_border_is_the_separatrix(share, times):
+    """A pendulum with psi'^2 = w^2 at psi = 0 just turns over; w^2 = 3 (B - A)/C n^2."""
+    a, b = 0.1, 0.09
+    w = np.sqrt(3 * (a * a - b * b) / (a * a + b * b))
+    run = swinging(0.0, 1.0 + share * w)
+    assert run.switched_off == {"BYORP": times}
+    r = run.position[:, 1] - run.position[:, 0]
+    psi = np.unwrap(2 * np.arctan2(run.attitude[:, 1, 3], run.attitude[:, 1, 0])) - np.unwrap(
+        np.arctan2(r[:, 1], r[:, 0])
+    )
+    assert (np.ptp(psi) > 2 * np.pi) == bool(times)
+
+
+def test_a_secondary_that_lies_on_its_side_is_not_pushed():
+    assert swinging(0.0, 1.0, until=0.5, tilt=1.0).switched_off == {"BYORP": 1}
+    assert swinging(0.0, 1.0, until=0.5, tilt=0.3).switched_off == {"BYORP": 0}
+
+
+def test_the_count_is_that_of_each_run():
+    """A run in which the force never acts says so, also when it was lost before: being off at the start counts."""
+    system, state = synchronous(0.0, 2.0)
+    sim = fullbody.Simulation(system.with_forces([push()]), state)
+    assert [sim.integrate(time).switched_off["BYORP"] for time in (5.0, 10.0)] == [1, 1]
+    sim.state = synchronous()[1]
+    assert sim.integrate(5.0).switched_off == {"BYORP": 0}
+
+
+# Facets: what an outline gives for a force.
+
+
+def facets(axes, n=24, albedo=lambda x: 1.0 + 0 * x[..., 0]):
+    """Centres' normals and areas of an ellipsoid's surface, by the map of the unit sphere, with what they reflect."""
+    nodes, weights = np.polynomial.legendre.leggauss(n)
+    angle = 2 * np.pi * (np.arange(2 * n) + 0.5) / (2 * n)
+    z, phi = np.meshgrid(nodes, angle, indexing="ij")
+    ring = np.sqrt(1 - z * z)
+    unit = np.stack([ring * np.cos(phi), ring * np.sin(phi), z], axis=-1).reshape(-1, 3)
+    a, b, c = axes
+    area = unit * [b * c, c * a, a * b] * (weights[:, None] * np.pi / n + 0 * phi).reshape(-1, 1)
+    size = np.linalg.norm(area, axis=1)
+    return area / size[:, None], size * albedo(unit)
+
+
+def mean_push(axes, **given):
+    """Mean force along the motion of a locked secondary, turns and seasons: each facet pushes by -n (n.s) where it is lit."""
+    normal, area = facets(axes, **given)
+    total, count = 0.0, 0
+    for season in 2 * np.pi * np.arange(12) / 12:
+        # The Sun 20 degrees from the plane of the orbit at most.
+        height = np.radians(20.0) * np.sin(season)
+        for turn in 2 * np.pi * np.arange(24) / 24:
+            s = np.array([np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)])
+            lit = np.maximum(normal @ s, 0.0)
+            # In the axes of the body: x towards the other body, so that the motion is along -y or y alike by symmetry.
+            total, count = total - (2 / 3 * area * lit) @ normal[:, 1], count + 1
+    return total / count
+
+
+def test_an_ellipsoid_is_not_pushed_and_a_painted_one_is():
+    """By symmetry an ellipsoid has no mean force; brighter ahead than behind, it drifts by 2 F/(m n) of its facets' sum."""
+    axes = (0.1, 0.09, 0.08)
+    scale = np.pi * axes[0] * axes[2]
+    assert abs(mean_push(axes)) < 1e-14 * scale
+    painted = mean_push(axes, albedo=lambda x: 1.0 - 0.3 * (x[..., 1] > 0))
+    assert painted > 1e-2 * scale
+    system, state = synchronous()
+    force = 1e-7 * painted
+    until = 40 * np.pi
+    ends = [
+        s.integrate(state, until, output=[until]).elements().a[0]
+        for s in (system, system.with_forces([push(0.0)]), system.with_forces([push(force)]))
+    ]
+    assert ends[1] == ends[0]
+    assert (ends[2] - ends[0]) / until == pytest.approx(drift_of(force), rel=3e-3)
+
+
+# The torque on a spin.
+
+C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
+
+
+def turning(eps, **given):
+    """A sphere whose spin of 3 is at an obliquity, in the yz-plane, under a torque of radiation."""
+    q = (np.cos(eps / 2), -np.sin(eps / 2), 0.0, 0.0)
+    system, state = body_alone(fullbody.Sphere(0.5), spin=(0, 0, 3.0), attitude=q)
+    return system.with_forces([Yorp(on="A", name="YORP", **given)]), state
+
+
+def spin_of(run):
+    return np.array([matrix(q) @ w for q, w in zip(run.attitude[:, 0], run.spin[:, 0], strict=True)])
+
+
+@pytest.mark.parametrize("eps", [0.4, 2.0])
+def test_the_rates_of_spin_and_obliquity(eps):
+    """d omega/dt = along/C and d eps/dt = across/(C omega), which make eps - eps_0 = across/along log(omega/omega_0)."""
+    along, across = 2e-4, 3e-4
+    system, state = turning(eps, along=along, across=across)
+    run = system.integrate(state, 100.0, output=25.0)
+    spin = spin_of(run)
+    omega = 3.0 + along / C * run.time
+    np.testing.assert_allclose(np.linalg.norm(spin, axis=1), omega, rtol=1e-12)
+    obliquity = np.arctan2(np.hypot(spin[:, 0], spin[:, 1]), spin[:, 2])
+    np.testing.assert_allclose(obliquity, eps + across / along * np.log(omega / 3.0), rtol=1e-12)
+    # In the plane of the pole and the spin.
+    np.testing.assert_allclose(spin[:, 0], 0.0, atol=1e-13)
+    assert abs(run.energy_drift).max() < 1e-13
+
+
+def test_a_table_of_equal_torques_is_a_constant():
+    obliquity = np.linspace(0.0, np.pi, 7)
+    ends = [
+        spin_of(system.integrate(state, 50.0, output=[50.0]))
+        for system, state in (
+            turning(0.7, along=2e-4, across=3e-4),
+            turning(0.7, along=np.full(7, 2e-4), across=np.full(7, 3e-4), obliquity=obliquity),
+        )
+    ]
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("pole", [(0.0, 0.0, 2.0), (1.0, -2.0, 0.5)])
+def test_a_table_is_a_spline_in_the_obliquity(pole):
+    """Against scipy's, not-a-knot, at obliquities from the pole given."""
+    from scipy.interpolate import CubicSpline
+
+    obliquity = np.radians([0, 20, 50, 90, 110, 150, 180])
+    along, across = np.cos(3 * obliquity), np.sin(2 * obliquity)
+    for eps in (0.0, 0.3, 1.0, 2.5, 3.1):
+        system, state = turning(eps, along=along, across=across, obliquity=obliquity, pole=pole)
+        torque = state.rotation_matrix[0] @ system.loads(state)["YORP"].torque[0]
+        axis = np.array([0.0, np.sin(eps), np.cos(eps)])
+        unit = np.array(pole) / np.linalg.norm(pole)
+        angle = np.arctan2(np.linalg.norm(np.cross(axis, unit)), axis @ unit)
+        outwards = (axis * (axis @ unit)) - unit
+        outwards /= np.linalg.norm(outwards) or 1.0
+        expected = CubicSpline(obliquity, along)(angle) * axis + CubicSpline(obliquity, across)(angle) * outwards
+        assert worst(torque, expected) < 1e-13

@@ -1,0 +1,175 @@
+"""Torque and force of a third body on one with extent: near, far, by the third law, and the precession that follows."""
+
+import fullbody
+import mpmath as mp
+import numpy as np
+import pytest
+from fullbody.forces import ThirdBody
+from scenes import at_rest, body_alone
+from support import inertia, matrix, quaternion_product, worst
+
+AXES = (1.0, 0.8, 0.5)
+ATTITUDE = (0.5, 0.1, -0.7, 0.5)
+DIRECTION = np.array([0.48, -0.6, 0.64])
+
+
+def exact(axes, mass, x, mu):
+    """Force beyond that on a point, and torque, in the body frame and 50 digits, on a body with the point mass at x.
+
+    Minus the pull of the ellipsoid on the point (MacMillan 1930, Sec. 32, in Carlson's form).
+    """
+    with mp.workdps(50):
+        a2 = [mp.mpf(float(a)) ** 2 for a in axes]
+        x = [mp.mpf(float(c)) for c in x]
+        r2 = mp.fsum(c * c for c in x)
+        # 1/s(kappa) is nearly linear, so that Newton's method in it needs no more steps than digits to double.
+        kappa = r2 - mp.fsum(a * c * c for a, c in zip(a2, x, strict=True)) / r2
+        for _ in range(40):
+            s = mp.fsum(c * c / (a + kappa) for a, c in zip(a2, x, strict=True))
+            slope = mp.fsum(c * c / (a + kappa) ** 2 for a, c in zip(a2, x, strict=True))
+            step = (1 - 1 / s) * s * s / slope
+            kappa += step
+            if abs(step) < mp.mpf(10) ** -48 * kappa:
+                break
+        s = [a + kappa for a in a2]
+        rd = [mp.elliprd(s[(k + 1) % 3], s[(k + 2) % 3], s[k]) for k in range(3)]
+        g = [-c * r for c, r in zip(x, rd, strict=True)]
+        strength = mp.mpf(float(mass)) * mp.mpf(float(mu))
+        excess = [-strength * (gi + c / r2 ** mp.mpf(1.5)) for gi, c in zip(g, x, strict=True)]
+        torque = [-strength * (x[(k + 1) % 3] * g[(k + 2) % 3] - x[(k + 2) % 3] * g[(k + 1) % 3]) for k in range(3)]
+        return np.array([float(v) for v in excess]), np.array([float(v) for v in torque])
+
+
+def loads(distance, axes=AXES, mass=2.0, mu=3.0, direction=DIRECTION):
+    """The force and torque that the system tells, the point mass at x in the body frame, and the rotation."""
+    q = np.array(ATTITUDE) / np.linalg.norm(ATTITUDE)
+    turn = matrix(q)
+    place = distance * turn @ direction / np.linalg.norm(direction)
+    system, state = body_alone(fullbody.Ellipsoid(*axes), mass=mass, attitude=q)
+    told = system.with_forces([at_rest(place, mu)]).loads(state)["Sun"]
+    return told.force[0], told.torque[0], turn.T @ place, turn
+
+
+@pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8, 1e12])
+@pytest.mark.parametrize("axes", [AXES, (1.0, 1.0, 0.3), (1.0, 0.2, 0.2), (1.0, 0.99999, 0.99998)])
+def test_the_torque_keeps_its_digits_near_and_far(distance, axes):
+    _, torque, x, _ = loads(distance, axes)
+    _, expected = exact(axes, 2.0, x, 3.0)
+    # Near the body it is the difference of two of Carlson's integrals.
+    assert worst(torque, expected) < (1e-14 if distance < 10 else 3e-15)
+
+
+@pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8])
+def test_the_force_beyond_that_on_a_point(distance):
+    """A body alone is its own barycentre: the system falls as a point would, and what the extent adds is left."""
+    force, _, x, turn = loads(distance)
+    expected, _ = exact(AXES, 2.0, x, 3.0)
+    assert worst(turn.T @ force, expected) < 3e-15 * max(1.0, 20.0 / np.log10(distance + 1))
+
+
+@pytest.mark.parametrize("distance", [30.0, 1e3, 1e6, 1e9])
+def test_far_away_it_is_3_mu_x_cross_Ix(distance):
+    """The next order is (R/x)^2 times as large."""
+    _, torque, x, _ = loads(distance)
+    expected = 3 * 3.0 / distance**5 * np.cross(x, inertia(2.0, AXES) * x)
+    assert worst(torque, expected) < 3 / distance**2 + 2e-15
+
+
+@pytest.mark.parametrize("distance", [1.6, 2.5, 6.0])
+def test_a_pair_with_a_massive_point_feels_the_same(distance):
+    """The third law: torque and force are those of a system of this body and a point."""
+    force, torque, x, turn = loads(distance)
+    bodies = [fullbody.Body(fullbody.Ellipsoid(*AXES), mass=2.0), fullbody.Body(fullbody.PointMass(), mass=3.0)]
+    place = turn @ x
+    q = np.array(ATTITUDE) / np.linalg.norm(ATTITUDE)
+    state = fullbody.State([[0, 0, 0], place], np.zeros((2, 3)), attitude=[q, [1, 0, 0, 0]])
+    for gravity in ("surface", "focal"):
+        both = fullbody.System(bodies, G=1.0, gravity=gravity).interactions(state)
+        assert worst(torque, both.torque[0]) < 1e-13
+        assert worst(force + 2.0 * 3.0 * place / distance**3, both.force[0]) < 1e-13
+        assert worst(-force - 2.0 * 3.0 * place / distance**3, both.force[1]) < 1e-13
+
+
+@pytest.mark.parametrize("distance", [1.8, 4.0])
+def test_the_sum_over_the_volume(distance):
+    """Gauss-Legendre over radius and height, equal angles: mu rho (p - y)/|p - y|^3 and its moment at every point."""
+    force, torque, p, turn = loads(distance)
+    n = 40
+    nodes, weights = np.polynomial.legendre.leggauss(n)
+    r, wr = (nodes + 1) / 2, weights / 2
+    angle = 2 * np.pi * np.arange(2 * n) / (2 * n)
+    radius, height, angle = np.meshgrid(r, nodes, angle, indexing="ij")
+    ring = np.sqrt(1 - height**2)
+    y = np.stack([radius * ring * np.cos(angle), radius * ring * np.sin(angle), radius * height], axis=-1) * AXES
+    share = wr[:, None, None] * radius**2 * weights[None, :, None] * (np.pi / n) * 3 / (4 * np.pi) + 0 * angle
+    assert share.sum() == pytest.approx(1.0, rel=1e-14)
+    d = p - y
+    pull = 2.0 * 3.0 * share[..., None] * d / np.linalg.norm(d, axis=-1, keepdims=True) ** 3
+    total, moment = pull.sum(axis=(0, 1, 2)), np.cross(y, pull).sum(axis=(0, 1, 2))
+    # The nearest point of the body is some 0.4 of the distance away at 1.8: the rule converges as 3^-80 there.
+    assert worst(torque, moment) < 1e-12
+    assert worst(turn.T @ force + 2.0 * 3.0 * p / distance**3, total) < 1e-12
+
+
+def test_spheroids_are_not_turned_about_their_axis():
+    _, torque, _, _ = loads(3.0, (1.0, 1.0, 0.4))
+    assert abs(torque[2]) < 1e-17 * abs(torque).max()
+
+
+# What the torque does: the spin axis goes round the normal of the orbit.
+
+
+@pytest.mark.parametrize("e", [0.0, 0.4])
+@pytest.mark.parametrize("obliquity", [25.0, 140.0])
+def test_the_precession_of_an_oblate_body(e, obliquity):
+    """-(3/2) n_s^2/omega H cos eps (1 - e^2)^(-3/2) over one orbit; what is left out is n_s/omega times as large."""
+    n_s, omega, c = 1.0, 400.0, 0.9
+    H = (1 - c * c) / 2
+    eps = np.radians(obliquity)
+    # Far away, so that the next order of the field is 1e-10 of it; mu = n_s^2 a^3, the body's own mass aside.
+    a = 1e5
+    system, state = body_alone(
+        fullbody.Ellipsoid(1.0, 1.0, c), spin=(0, 0, omega), attitude=(np.cos(eps / 2), np.sin(eps / 2), 0, 0)
+    )
+    third = ThirdBody(mu=n_s**2 * a**3 - 1.0, orbit=fullbody.KeplerElements(a, e, 0, 0, 0.5, 0.3), of="system")
+    year = 2 * np.pi / n_s
+    run = system.with_forces([third]).integrate(
+        state, year, output=[0.0, year], integrator=fullbody.Verner98(rtol=1e-10, atol=1e-10)
+    )
+    pole = run.angular_momentum
+    node = np.arctan2(pole[:, 1], pole[:, 0])
+    expected = -1.5 * n_s**2 / omega * H * np.cos(eps) * (1 - e * e) ** -1.5
+    assert np.diff(node)[0] / year == pytest.approx(expected, rel=10 * n_s / omega)
+    # The obliquity comes back.
+    tilt = np.arctan2(np.hypot(pole[:, 0], pole[:, 1]), pole[:, 2])
+    assert np.diff(tilt)[0] == pytest.approx(0.0, abs=10 * n_s / omega * abs(expected) * year)
+
+
+@pytest.mark.parametrize(("obliquity", "degrees"), [(12.0, -0.0091), (168.0, 0.0091)])
+def test_the_pole_of_didymos(obliquity, degrees):
+    """0.009 degrees a year in longitude: the Sun's torque, a mean over its orbit and over turns of the body.
+
+    The pole is at 168 degrees from the orbit's normal, so that it goes forwards; upright it would go back.
+    """
+    published, start = fullbody.systems.didymos()
+    body = published["Didymos"]
+    system = fullbody.System([body], G=published.G)
+    a, e, mu = 1.6427 * 149597870.7, 0.3836, 1.32712440018e11 * 3600.0**2
+    omega, eps = start.spin[0, 2], np.radians(obliquity)
+    moments = inertia(body.mass, [body.shape.a, body.shape.b, body.shape.c])
+    H = 1.0 - moments[:2].mean() / moments[2]
+    torque = np.zeros(3)
+    for M in 2 * np.pi * np.arange(40) / 40:
+        third = ThirdBody(mu=mu, orbit=fullbody.KeplerElements(a, e, 0, 0, 0.5, M), of="system", name="Sun")
+        world = system.with_forces([third])
+        for turned in (0.0, np.pi / 2):
+            q = quaternion_product(
+                [np.cos(eps / 2), np.sin(eps / 2), 0, 0], [np.cos(turned / 2), 0, 0, np.sin(turned / 2)]
+            )
+            state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[q], spin=[[0, 0, omega]])
+            torque += matrix(q) @ world.loads(state)["Sun"].torque[0] / 80
+    # The pole stands at (0, -sin eps, cos eps); its longitude changes by what moves it along x.
+    rate = torque[0] / (moments[2] * omega * np.sin(eps))
+    expected = -1.5 * mu / a**3 / omega * H * np.cos(eps) * (1 - e * e) ** -1.5
+    assert rate == pytest.approx(expected, rel=1e-8)
+    assert np.degrees(rate) * 24 * 365.25 == pytest.approx(degrees, abs=5e-5)
