@@ -204,7 +204,7 @@ def test_damage_is_refused(runs, tmp_path):
         (lambda file: setup(file, lambda found: found[3].update(name="Sun")), "distinct"),
         (lambda file: setup(file, lambda found: found[3].update(on="Gamma")), "on of tide on Alpha is 'Gamma'"),
         (lambda file: setup(file, lambda found: found.pop()), "work has shape"),
-        (lambda file: setup(file, lambda found: found.clear()), "has none"),
+        (lambda file: setup(file, lambda found: found.clear()), "which has none"),
         (fill, "work"),
     ]
     for k, (change, message) in enumerate(cases):
