@@ -16,18 +16,6 @@ settings.register_profile(
 settings.load_profile("suite")
 
 
-def pytest_collection_modifyitems(items):
-    """Send the tests of one file to one worker, so that what they share is computed once; and all that read the report.
-
-    Takes ``--dist loadgroup``. Notebooks share nothing.
-    """
-    for item in items:
-        if {"draft", "numbers"} & set(getattr(item, "fixturenames", ())):
-            item.add_marker(pytest.mark.xdist_group("report"))
-        elif item.path.name != "test_notebooks.py":
-            item.add_marker(pytest.mark.xdist_group(item.nodeid.partition("::")[0]))
-
-
 @pytest.fixture(scope="session")
 def draft(tmp_path_factory):
     """A draft of the report on Ho et al. (2021)."""

@@ -2,6 +2,7 @@
 mod contact;
 mod doors;
 mod dynamics;
+mod environment;
 mod gravity;
 mod integrators;
 mod math;

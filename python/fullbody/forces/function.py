@@ -186,6 +186,8 @@ def _from_python(function: Any, name: str, ground: Ground) -> Call:
             arrays = (take(position).copy(), take(velocity).copy(), take(attitude, 4).copy(), take(spin).copy())
             state = State._wrap(_core.State(time, *arrays), units, ground.names)
             given = function(state.time, state)
+            if isinstance(given, tuple) and len(given) != 2:
+                raise InvalidInput(f"{name} gives {len(given)} things; expected forces, or (forces, torques)")
             forces, torques = given if isinstance(given, tuple) else (given, None)
             take(force)[:] = loads(forces, "force")
             if torques is not None:

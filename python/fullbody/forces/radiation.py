@@ -33,6 +33,11 @@ _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
 _RATES = ("acceleration", "rossi_2009")
 
 
+def torque_dimension(normalization: str | None) -> str | None:
+    """The dimension of the torques of :class:`Yorp` by their normalisation; none of coefficients."""
+    return {None: "torque", "acceleration": "angular acceleration"}.get(normalization)
+
+
 @named_options
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     """The mean pressure of sunlight along an orbit round the Sun.
@@ -84,7 +89,8 @@ class Yorp(Force):
     along : float, Quantity or array_like
         Along the spin: a torque, unless ``normalization`` names what else it is; one value, or one at each obliquity.
     across : float, Quantity or array_like
-        Likewise across the spin; above zero it raises the obliquity.
+        Likewise across the spin; above zero it raises the obliquity. A spin along ``pole`` has no such direction and
+        feels none of it.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, with a cubic spline between.
     pole : array_like, (3,)
@@ -147,7 +153,7 @@ class Yorp(Force):
             np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
         )
         rows = max(obliquity.size, 1)
-        dimension = {None: "torque", "acceleration": "angular acceleration"}.get(self.normalization)
+        dimension = torque_dimension(self.normalization)
         factor = self._factor(ground, on)
 
         def torque(role: str) -> list[float]:
@@ -169,12 +175,6 @@ class Yorp(Force):
             "across": torque("across"),
         }
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
-        if described["obliquity"]:
-            return f"on {described['on']}, torques at {len(described['obliquity'])} obliquities"
-        along, across = (number(units.attach(described[role][0], "torque")) for role in ("along", "across"))
-        return f"on {described['on']}, {along} along and {across} across the spin"
-
     def _factor(self, ground: Ground, on: int) -> float:
         """The torque for a value of one."""
         if self.normalization is None:
@@ -189,6 +189,12 @@ class Yorp(Force):
         if self.normalization == "rossi_2009":
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
         return _YORP[self.normalization] * pressure * radius**3
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        if described["obliquity"]:
+            return f"on {described['on']}, torques at {len(described['obliquity'])} obliquities"
+        along, across = (number(units.attach(described[role][0], "torque")) for role in ("along", "across"))
+        return f"on {described['on']}, {along} along and {across} across the spin"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
@@ -210,7 +216,7 @@ class Byorp(Force):
     It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45
     degrees of the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a
     pendulum which does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3.
-    :attr:`Run.switched_off` counts how often it was lost.
+    ``run.switched_off`` counts how often it was lost.
 
     Parameters
     ----------
@@ -292,10 +298,6 @@ class Byorp(Force):
             "force": self._strength(ground, on),
         }
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
-        force = number(units.attach(described["force"], "force"))
-        return f"on {described['on']} about {described['about']}, {force} along the motion"
-
     def _strength(self, ground: Ground, on: int) -> float:
         """The force as a number."""
         if self.normalization is None:
@@ -306,6 +308,10 @@ class Byorp(Force):
             raise InvalidInput(f"{what} is {self.coefficient!r}; expected a finite number")
         pressure, radius = _light(self, ground, on)
         return _BYORP[self.normalization] * coefficient * pressure * radius**2
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        force = number(units.attach(described["force"], "force"))
+        return f"on {described['on']} about {described['about']}, {force} along the motion"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

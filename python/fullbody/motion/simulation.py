@@ -199,8 +199,9 @@ class Simulation:
                 core.step(float(np.clip(end, -1e300, 1e300)))
         except BodiesOverlap as error:
             raise self._system._explained(error, None) from None
-        except ForceFailed as error:
-            raise self._system._caused(error) from error.__cause__
+        except ForceFailed as failed:
+            caused = self._system._caused(failed)
+            raise caused from caused.__cause__
 
     def integrate(
         self,

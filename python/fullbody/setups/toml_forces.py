@@ -6,6 +6,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
+from ..forces.radiation import torque_dimension
 from ..orbit.elements import KeplerElements
 from .toml_table import Table
 
@@ -19,11 +20,8 @@ _TEXTS = ("name", "of", "on", "by", "about", "normalization")
 _NUMBERS: dict[str, str | None] = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
     **{"k2": None, "lag": "time", "radius": "length"},
-    **{"along": "torque", "across": "torque", "obliquity": "angle", "pole": None, "force": "force"},
-    **{"coefficient": None, "pressure": "pressure"},
+    **{"obliquity": "angle", "pole": None, "force": "force", "coefficient": None, "pressure": "pressure"},
 }
-#: That of a torque of radiation under a normalization; of others it is a pure number.
-_TORQUES = {"acceleration": "angular acceleration"}
 
 
 def elements(table: Table) -> KeplerElements[Any]:
@@ -56,7 +54,6 @@ def _argument(table: Table, key: str) -> Any:
         return elements(table.table(key).only(*ELEMENTS))
     if key in _TEXTS:
         return table.text(key)
-    dimension = _NUMBERS[key]
-    if dimension == "torque" and "normalization" in table:
-        dimension = _TORQUES.get(table.text("normalization"))
-    return table.array(key, dimension)
+    if key in ("along", "across"):
+        return table.array(key, torque_dimension(table.text("normalization") if "normalization" in table else None))
+    return table.array(key, _NUMBERS[key])

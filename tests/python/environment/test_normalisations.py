@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+import scipy.interpolate
 from fullbody import InvalidInput
 from fullbody.forces import Byorp, Tide, Yorp, lag_from_quality_factor, solar_pressure
 from support import inertia
@@ -218,6 +219,58 @@ def test_yorp_torques(name, factor):
         Yorp("Alpha", along=0.01, across=0.02, normalization=name, pressure="4.5e-6 Pa", radius="700 m")
     )
     assert np.linalg.norm(both[:2]) == pytest.approx(2.0 * along[2], rel=1e-12)
+
+
+def test_a_table_of_rates():
+    """One rate at each obliquity: Alpha of 1999 KW4 stands at 3.2 degrees."""
+    obliquity = np.deg2rad([0.0, 60.0, 120.0, 180.0])
+    table = Yorp("Alpha", along=1e-9 * np.cos(obliquity), obliquity=obliquity, normalization="acceleration")
+    linear, C_alpha = alpha_torque(table)
+    spline = scipy.interpolate.CubicSpline(obliquity, 1e-9 * np.cos(obliquity), bc_type="not-a-knot")
+    assert linear[2] / C_alpha * 3600.0**2 == pytest.approx(spline(np.deg2rad(3.2)), rel=1e-9)
+
+
+TOML = """
+[system]
+units = ["km", "hour", "kg"]
+[[body]]
+name = "Alpha"
+semi_axes = [0.766, 0.7475, 0.6735]
+mass = 2.353e12
+spin = [0, 0, 2.2728]
+[[body]]
+name = "Beta"
+semi_axes = [0.285, 0.2315, 0.1745]
+mass = 0.135e12
+position = [2.548, 0, 0]
+velocity = [0, 0.919, 0]
+spin = [0, 0, 0.3611]
+[[forces]]
+kind = "Byorp"
+on = "Beta"
+about = "Alpha"
+coefficient = 2e-3
+normalization = "quillen_2022"
+pressure = "1e-5 Pa"
+[[forces]]
+kind = "Yorp"
+on = "Alpha"
+along = "1e-8 rad / day2"
+normalization = "acceleration"
+[run]
+until = 1
+"""
+
+
+def test_toml_has_them_too(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(TOML)
+    setup = fullbody.read_toml(path)
+    loads = setup.system.loads(setup.state)
+    force, torque = loads["BYORP on Beta"].force, loads["YORP on Alpha"].torque
+    assert force[1, 1].to_value(u.N) == pytest.approx(2e-3 * 1e-5 * (1e3 * RADIUS) ** 2, rel=1e-12)
+    C_alpha = inertia(2.353e12, 1e3 * np.array([0.766, 0.7475, 0.6735])).max()
+    assert torque[0, 2].to_value(u.N * u.m) == pytest.approx(C_alpha * 1e-8 / 86400.0**2, rel=1e-12)
 
 
 LIGHT = {"pressure": 1e-5}

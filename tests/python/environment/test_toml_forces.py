@@ -200,6 +200,6 @@ def test_every_argument_of_the_kinds_is_read():
 
     from fullbody.setups import toml_forces
 
-    known = {"orbit", *toml_forces._TEXTS, *toml_forces._NUMBERS}
+    known = {"orbit", "along", "across", *toml_forces._TEXTS, *toml_forces._NUMBERS}
     for kind in toml_forces._KINDS.values():
         assert {entry.name for entry in fields(kind)} <= known
