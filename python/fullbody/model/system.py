@@ -318,21 +318,23 @@ class BaseSystem(Tabled):
         -------
         position, velocity : ndarray or Quantity, (3,) or (K, 3)
         """
-        index = self._force(name, "name")
+        index = self._third_body(name, "name")
         times = self._units.strip(time, "time", "time")
         both = self._core.third_body(index, np.atleast_1d(times))
         position, velocity = (array.reshape(*times.shape, 3) for array in both)
         return self._units.attach(position, "length"), self._units.attach(velocity, "velocity")
 
-    def _force(self, name: object, what: str) -> int:
-        """The place of a force by its name, or an error that says which there are."""
-        names = [force.name for force in self._forces]
+    def _third_body(self, name: object, what: str) -> int:
+        """The place of a third body among the forces by its name, or an error that says which there are."""
+        kinds = {force["name"]: force["kind"] for force in self._core.forces}
+        names = [name for name, kind in kinds.items() if kind == "ThirdBody"]
         if name not in names:
+            is_other = f", a {kinds[name]}" if isinstance(name, str) and name in kinds else ""
             expected = (
-                suggestion(str(name), names, "one") if names else "expected a force of the system, which has none"
+                suggestion(str(name), names, "one") if names else "expected a ThirdBody of the system, which has none"
             )
-            raise InvalidInput(f"{what} is {name!r}; {expected}")
-        return names.index(str(name))
+            raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
+        return [force.name for force in self._forces].index(str(name))
 
     def interactions(self, state: State) -> Interactions:
         """Forces, torques and potential energy.

@@ -133,10 +133,10 @@ def sn263_2001(
     frame : {"equatorial", "ecliptic", "orbit"}
         Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's
         orbit as xy-plane with its node on the equator on the x-axis.
-        xy-plane with its node on the equator on the x-axis.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-        below, nine years before whose epoch the state is, so that the Sun's place may be off by a degree.
+        below, nine years before whose epoch the state is, so that the Sun's place is off by some degrees: the Earth,
+        which was 0.066 au away on 2008-02-20, is 0.10 au away by it.
     units : bool or (length, time, mass)
         ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options

@@ -164,3 +164,42 @@ def test_faults_name_file_key_and_expectation(tmp_path, text, message):
 def test_forces_are_no_key_of_the_system(tmp_path):
     with pytest.raises(fullbody.InvalidInput, match=r"system\.forces: is no key"):
         read(tmp_path, PAIR.replace("[system]", "[system]\nforces = []"))
+
+
+def test_normalizations_of_radiation(tmp_path):
+    """An acceleration is one in other units, and a coefficient a pure number."""
+    text = """
+[[forces]]
+kind = "Yorp"
+on = "Alpha"
+along = "1e-8 rad / day2"
+normalization = "acceleration"
+[[forces]]
+kind = "Byorp"
+on = "Beta"
+about = "Alpha"
+coefficient = 0.02
+normalization = "jacobson_scheeres_2011"
+pressure = "4.5e-6 Pa"
+"""
+    setup = read(tmp_path, PAIR + text)
+    yorp, byorp = setup.system._core.forces
+    inertia = 2.353e12 / 5 * (0.766**2 + 0.7475**2)
+    assert yorp["along"] == pytest.approx([1e-8 / 24.0**2 * inertia], rel=1e-12)
+    given = forces.Byorp(
+        "Beta", "Alpha", coefficient=0.02, normalization="jacobson_scheeres_2011", pressure=4.5e-6 * u.Pa
+    )
+    assert byorp["force"] == pytest.approx(setup.system.with_forces([given])._core.forces[0]["force"], rel=1e-14)
+    with pytest.raises(fullbody.InvalidInput, match=r"forces\[1\]\.coefficient: is '1 N'; expected numbers"):
+        read(tmp_path, PAIR + text.replace("0.02", '"1 N"'))
+
+
+def test_every_argument_of_the_kinds_is_read():
+    """A field that a force gains is one that the file can hold."""
+    from dataclasses import fields
+
+    from fullbody.setups import toml_forces
+
+    known = {"orbit", "along", "across", *toml_forces._TEXTS, *toml_forces._NUMBERS}
+    for kind in toml_forces._KINDS.values():
+        assert {entry.name for entry in fields(kind)} <= known
