@@ -5,7 +5,7 @@ use super::{AttitudeChart, BarycentricFrame, Energy, Layout, System, invariants}
 use crate::environment::{BOOK, Environment, Switch};
 use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{sum, two_product, two_sum};
-use crate::math::{Mat3, Vec3, rotation};
+use crate::math::{Vec3, rotation};
 use crate::mutual::{Pair, Pose, Rule, RuleMemory};
 use crate::patience::{Patience, UNITS};
 
@@ -73,7 +73,6 @@ pub struct Dynamics {
     parts: usize,
     in_part: usize,
     inertia: Vec<Vec3>,
-    rotations: Vec<Mat3>,
     acceleration: Vec<Vec3>,
     torque: Vec<Vec3>,
     /// Where the barycentre nominally is.
@@ -109,7 +108,6 @@ impl Dynamics {
             in_part: pairs.len(),
             pairs,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            rotations: vec![Mat3::identity(); n],
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             frame: *frame,
@@ -298,12 +296,15 @@ impl Dynamics {
         self.show(time, y);
         self.outside.load().map_err(|error| Rejected::Failed(Box::new(error)))?;
         let mut total = Vec3::zeros();
-        for loads in self.outside.loads() {
-            for (body, (force, torque)) in loads.force.iter().zip(&loads.torque).enumerate() {
-                total += force;
-                self.acceleration[body] += force * self.inverse_mass[body];
-                self.torque[body] += torque;
+        let bodies = self.acceleration.iter_mut().zip(&mut self.torque).zip(&self.inverse_mass);
+        for (body, ((acceleration, torque), inverse_mass)) in bodies.enumerate() {
+            let mut force = Vec3::zeros();
+            for loads in self.outside.loads() {
+                force += loads.force[body];
+                *torque += loads.torque[body];
             }
+            total += force;
+            *acceleration += force * *inverse_mass;
         }
         self.barycentre_acceleration = total * self.inverse_total;
         self.acceleration.iter_mut().for_each(|a| *a -= self.barycentre_acceleration);
@@ -472,13 +473,13 @@ impl Dynamics {
     /// Shows a vector whose rotations are known to the forces from outside.
     fn show(&mut self, time: f64, y: &[f64]) {
         let attitudes = self.outside.wants_attitudes();
-        self.frame.show(time, y, &self.rotations, attitudes, &mut self.outside.scene);
+        self.frame.show(time, y, attitudes, &mut self.outside.scene);
     }
 
     fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             let a = self.layout.attitude(body);
-            self.rotations[body] = match self.layout.chart {
+            self.outside.scene.rotation[body] = match self.layout.chart {
                 AttitudeChart::Quaternion => rotation::matrix([y[a], y[a + 1], y[a + 2], y[a + 3]]),
                 AttitudeChart::TaitBryan => rotation::tait_bryan_matrix([y[a], y[a + 1], y[a + 2]]),
             };
@@ -488,8 +489,8 @@ impl Dynamics {
     fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
-            rotation_first: self.rotations[i],
-            rotation_second: self.rotations[j],
+            rotation_first: self.outside.scene.rotation[i],
+            rotation_second: self.outside.scene.rotation[j],
         }
     }
 }

@@ -16,7 +16,7 @@
 use super::State;
 use crate::environment::{BOOK, Scene};
 use crate::math::compensated::{Compensated, sum, two_sum};
-use crate::math::{Mat3, Vec3, rotation};
+use crate::math::{Vec3, rotation};
 use crate::names::Named;
 
 /// How attitudes are integrated.
@@ -184,17 +184,17 @@ impl BarycentricFrame {
         }
     }
 
-    /// Shows the bodies of a vector at a time to forces from outside; attitudes as quaternions only where they are wanted.
-    pub fn show(&self, time: f64, y: &[f64], rotations: &[Mat3], attitudes: bool, scene: &mut Scene) {
+    /// Shows the bodies of a vector at a time to forces from outside, but for their rotation matrices; attitudes as
+    /// quaternions only where they are wanted.
+    pub fn show(&self, time: f64, y: &[f64], attitudes: bool, scene: &mut Scene) {
         let (departed, departing) = self.departure(y);
-        for body in 0..self.layout.bodies {
-            scene.position[body] = departed + vector(y, self.layout.position(body));
-            scene.velocity[body] = departing + vector(y, self.layout.velocity(body));
-            scene.rotation[body] = rotations[body];
-            scene.spin[body] = vector(y, self.layout.spin(body));
-            if attitudes {
-                scene.attitude[body] = self.attitude(body, y);
-            }
+        let vectors = |from: usize| y[from..].chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2]));
+        let layout = self.layout;
+        scene.position.iter_mut().zip(vectors(layout.position(0))).for_each(|(r, own)| *r = departed + own);
+        scene.velocity.iter_mut().zip(vectors(layout.velocity(0))).for_each(|(v, own)| *v = departing + own);
+        scene.spin.iter_mut().zip(vectors(layout.spin(0))).for_each(|(w, own)| *w = own);
+        if attitudes {
+            (0..layout.bodies).for_each(|body| scene.attitude[body] = self.attitude(body, y));
         }
         scene.time = time;
         scene.origin = self.nominal_at(time);

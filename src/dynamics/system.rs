@@ -252,8 +252,8 @@ impl System {
         self.check(state, patience)?;
         let mut environment = self.environment()?;
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
-        let rotations: Vec<_> = state.attitude.iter().map(|&q| rotation::matrix(q)).collect();
-        frame.show(state.time, &y, &rotations, true, &mut environment.scene);
+        environment.scene.rotation = state.attitude.iter().map(|&q| rotation::matrix(q)).collect();
+        frame.show(state.time, &y, true, &mut environment.scene);
         environment.check(state.time, state.time)?;
         environment.switch();
         environment.load()?;

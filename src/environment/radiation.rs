@@ -188,7 +188,9 @@ impl Pushing {
 
     pub fn load(&self, scene: &Scene, loads: &mut Loads) {
         let (r, v) = scene.relative(self.on, self.about);
-        let forwards = r.cross(&v).cross(&r).try_normalize(0.0).filter(|_| self.state.on);
-        loads.force[self.on] = forwards.map_or(Vec3::zeros(), |forwards| forwards * self.force);
+        let forwards = r.cross(&v).cross(&r);
+        let length = forwards.norm();
+        let acts = self.state.on && length > 0.0;
+        loads.force[self.on] = forwards * if acts { self.force / length } else { 0.0 };
     }
 }

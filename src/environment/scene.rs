@@ -42,11 +42,13 @@ impl Scene {
     }
 
     /// Position and velocity of a body relative to another.
+    #[inline(always)]
     pub(super) fn relative(&self, body: usize, about: usize) -> (Vec3, Vec3) {
         (self.position[body] - self.position[about], self.velocity[body] - self.velocity[about])
     }
 
     /// Angular velocity of a body, inertial axes.
+    #[inline(always)]
     pub(super) fn inertial_spin(&self, body: usize) -> Vec3 {
         turned(&self.rotation[body], &self.spin[body])
     }

@@ -149,10 +149,17 @@ impl Environment {
         let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
         for body in 0..velocity.len() {
             let (f, m) = (&loads.force[body], &loads.torque[body]);
-            power += f.dot(&(scene.origin_velocity + velocity[body])) + m.dot(&spin[body]);
-            total += f;
-            moment += scene.position[body].cross(f) + turned(&scene.rotation[body], m);
+            if *f != Vec3::zeros() {
+                power += f.dot(&velocity[body]);
+                total += f;
+                moment += scene.position[body].cross(f);
+            }
+            if *m != Vec3::zeros() {
+                power += m.dot(&spin[body]);
+                moment += turned(&scene.rotation[body], m);
+            }
         }
+        power += total.dot(&scene.origin_velocity);
         moment += scene.origin.cross(&total);
         out[0] = power;
         out[1..4].copy_from_slice(total.as_slice());

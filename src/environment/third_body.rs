@@ -15,7 +15,7 @@ use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::spline::Spline;
-use crate::orbit::{KeplerElements, OrbitCells, OrbitPath};
+use crate::orbit::{KeplerElements, OrbitCells, OrbitPath, Place};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -127,12 +127,13 @@ impl Pull {
     }
 
     /// The position alone, quickly.
-    fn position(&mut self, time: f64) -> Result<Vec3> {
-        let position = match &mut self.motion {
+    #[inline]
+    fn position(&mut self, time: f64) -> Result<Place> {
+        let place = match &mut self.motion {
             Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch)?,
-            Motion::Table(spline) => Vec3::from(spline.at(time).0),
+            Motion::Table(spline) => Place::from(Vec3::from(spline.at(time).0)),
         };
-        Ok(position * self.sign)
+        Ok(Place { position: place.position * self.sign, ..place })
     }
 
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
@@ -164,20 +165,19 @@ impl Pull {
     }
 
     pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
-        let p = self.position(scene.time)?;
-        let inverse_square = 1.0 / p.norm_squared();
-        let rate = -self.mu * inverse_square * inverse_square.sqrt();
+        let Place { position: p, inverse_square, inverse_cube } = self.position(scene.time)?;
+        let rate = -self.mu * inverse_cube;
         for (body, r) in scene.position.iter().enumerate() {
-            // |d|^2 = |p|^2 (1 + q); one division serves both quotients.
+            // |d|^2 = |p|^2 (1 + q).
             let q = r.dot(&(r - 2.0 * p)) * inverse_square;
-            let cube = (1.0 + q) * (1.0 + q).sqrt();
-            let shared = 1.0 / (cube * (1.0 + cube));
-            let f = q * (3.0 + q * (3.0 + q)) * (shared * cube);
+            let Powers { f, square, cube } = Powers::of(q);
             let d = r - p;
-            let mut force = (r + f * p) * (rate * shared * (1.0 + cube));
+            let mut force = (r + f * p) * (rate * cube);
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
-                let Some((excess, moment)) = extended.at(&turned_back(turn, &-d)) else {
+                let Some((excess, moment)) =
+                    extended.at(&turned_back(turn, &-d), inverse_square * square, inverse_cube * cube)
+                else {
                     return Err(Error::ForceFailed {
                         force: name.to_owned(),
                         time: scene.time,
@@ -190,5 +190,33 @@ impl Pull {
             loads.force[body] = force * self.masses[body];
         }
         Ok(())
+    }
+}
+
+/// What is needed of 1 + q.
+struct Powers {
+    /// (1 + q)^(3/2) - 1, without its cancellation.
+    f: f64,
+    /// 1 / (1 + q).
+    square: f64,
+    /// 1 / (1 + q)^(3/2).
+    cube: f64,
+}
+
+impl Powers {
+    #[inline(always)]
+    fn of(q: f64) -> Self {
+        // A third body is far from most systems: the series to the fifth power are then as good as the formulas.
+        if q.abs() < 5e-4 {
+            let (q2, q4) = (q * q, (q * q) * (q * q));
+            let f = (1.5 + 0.375 * q) + q2 * (-0.0625 + 0.0234375 * q) - 0.01171875 * q4;
+            let square = (1.0 - q) + q2 * (1.0 - q) + q4 * (1.0 - q);
+            let cube = (1.0 - 1.5 * q) + q2 * (1.875 - 2.1875 * q) + q4 * (2.4609375 - 2.70703125 * q);
+            return Self { f: q * f, square, cube };
+        }
+        let square = 1.0 / (1.0 + q);
+        let root = (1.0 + q).sqrt();
+        let cube = (1.0 + q) * root;
+        Self { f: q * (3.0 + q * (3.0 + q)) / (1.0 + cube), square, cube: square / root }
     }
 }

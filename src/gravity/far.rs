@@ -120,6 +120,13 @@ pub struct FarCut {
     newton: u32,
 }
 
+impl FarCut {
+    /// Whether the quadrupole is all that the body's extent adds to the field of a point.
+    pub fn is_quadrupole(self) -> bool {
+        self.terms == 1
+    }
+}
+
 /// A series of which the terms of a [`FarCut`] are summed.
 #[derive(Debug, Clone, Copy)]
 pub struct Far<'a> {
@@ -171,22 +178,9 @@ impl Far<'_> {
 
 impl Far<'_> {
     /// R_i - 1/r^3, what the field has beyond that of a point, and the differences of the R_i, to their own last digits. With
-    /// w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3. Where one term of the series is
-    /// enough, so is that of the quadrupole: (-3/5 d_i + 3/2 sum d_j x_j^2 / r^2) / r^5.
+    /// w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
     pub fn excess_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
-        if self.cut.terms == 1 {
-            let c = |value| x[0].constant(value);
-            let d = self.series.deviation;
-            let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
-            let inverse = c(1.0) / (squares[0] + squares[1] + squares[2]);
-            let fifth = inverse * inverse * inverse.sqrt();
-            let common = c(1.5) * dot(squares, d.map(c)) * inverse;
-            return PointField {
-                rd: d.map(|d| fifth * (common - c(0.6 * d))),
-                rd_difference: [d[1] - d[2], d[2] - d[0], d[0] - d[1]].map(|d| fifth * c(0.6 * d)),
-            };
-        }
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let c = |value| eta.constant(value);
         let w = eta + c(1.0);

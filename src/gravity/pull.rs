@@ -7,39 +7,58 @@ use crate::math::rotation::{turned, turned_back};
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Scalar;
 
-/// Relative size of what the series leaves out.
-const TOLERANCE: f64 = 1e-17;
+/// Relative size of what the series leaves out: of the field of a point, or of the quadrupole where that is all.
+const TOLERANCE: f64 = 1e-16;
 
 /// The body's field less that of its mass at its centre, and its moment about the centre. Neither loses digits at any distance.
 #[derive(Debug, Clone)]
 pub struct ExtendedPull {
     ellipsoid: Ellipsoid,
+    /// (a_i^2 less their mean) / 5, along the body's axes: the quadrupole per unit mass.
+    quadrupole: Vec3,
     series: FarSeries,
-    /// A bound below kappa at the last point, and how much of the series it needs.
-    known: Option<(f64, Option<FarCut>)>,
+    /// The binary exponent of the last 1/|x|^2, and how much of the series that needs.
+    known: Option<(u64, Option<FarCut>)>,
 }
 
 impl ExtendedPull {
     /// Of a shape; none of a point, and none of a sphere, whose field is that of a point.
     pub fn new(shape: &Shape) -> Option<Self> {
         let Shape::Ellipsoid(ellipsoid) = shape else { return None };
-        let [a, _, c] = ellipsoid.sorted();
-        (a > c).then(|| Self { ellipsoid: *ellipsoid, series: FarSeries::new(shape), known: None })
+        let [a, b, c] = ellipsoid.semi_axes();
+        // Differences of squares as products: exact for nearly equal axes.
+        let (ab, bc, ca) = ((a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a));
+        let quadrupole = Vec3::new(ab - ca, bc - ab, ca - bc) / 15.0;
+        let series = FarSeries::new(shape);
+        (quadrupole.amax() > 0.0).then_some(Self { ellipsoid: *ellipsoid, quadrupole, series, known: None })
     }
 
-    /// At a point `x` of the body frame, per unit GM: g + x / |x|^3, and x cross g. `None` inside the body.
-    pub fn at(&mut self, x: &Vec3) -> Option<(Vec3, Vec3)> {
+    /// At a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3, per unit GM: g + x/|x|^3, and x cross g. `None` inside
+    /// the body.
+    #[inline]
+    pub fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+        let cut = self.cut(inverse_square);
+        if cut.is_some_and(FarCut::is_quadrupole) {
+            // grad of 3/2 x.Dx / |x|^5.
+            let fifth = 3.0 * inverse_cube * inverse_square;
+            let dx = self.quadrupole.component_mul(x);
+            let excess = dx - x * (2.5 * x.dot(&dx) * inverse_square);
+            return Some((excess * fifth, x.cross(&dx) * fifth));
+        }
+        self.near(x, inverse_cube, cut)
+    }
+
+    fn near(&self, x: &Vec3, inverse_cube: f64, cut: Option<FarCut>) -> Option<(Vec3, Vec3)> {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
         let [a, b, c] = self.ellipsoid.sorted();
-        let square = x.norm_squared();
-        if square < a * a && (x.x / a).powi(2) + (x.y / b).powi(2) + (x.z / c).powi(2) < 1.0 {
+        if x.norm_squared() < a * a && (x.x / a).powi(2) + (x.y / b).powi(2) + (x.z / c).powi(2) < 1.0 {
             return None;
         }
         let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
-        let (field, point) = match self.cut(square - a * a) {
+        let (field, point) = match cut {
             Some(cut) => (self.series.cut(cut).excess_field(lanes), 0.0),
-            None => (Near::new(&self.ellipsoid, 0.0).field(lanes), 1.0 / (square * square.sqrt())),
+            None => (Near::new(&self.ellipsoid, 0.0).field(lanes), inverse_cube),
         };
         let excess = field.rd.map(|rd| rd.first() - point);
         let [first, second, third] = field.rd_difference.map(Lanes::first);
@@ -48,16 +67,19 @@ impl ExtendedPull {
         Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
     }
 
-    /// How much of the series a distance needs, where kappa >= `kappa_min`. It depends on the binary exponent alone, so that
-    /// results do not depend on what was asked before.
-    fn cut(&mut self, kappa_min: f64) -> Option<FarCut> {
-        // The double with the same exponent and no fraction: a power of two.
-        let floor = f64::from_bits(kappa_min.max(0.0).to_bits() >> 52 << 52);
+    /// How much of the series a distance needs. It depends on the binary exponent alone, so that results do not depend on what was
+    /// asked before.
+    #[inline(always)]
+    fn cut(&mut self, inverse_square: f64) -> Option<FarCut> {
+        let exponent = inverse_square.to_bits() >> 52;
         match self.known {
-            Some((known, cut)) if known == floor => cut,
+            Some((known, cut)) if known == exponent => cut,
             _ => {
-                let cut = self.series.cut_for(floor, TOLERANCE);
-                self.known = Some((floor, cut));
+                // Rounded down to a power of two, and halved: a bound below |x|^2.
+                let square = 0.5 / f64::from_bits(exponent << 52);
+                let [a, ..] = self.ellipsoid.sorted();
+                let cut = self.series.cut_for(square - a * a, TOLERANCE);
+                self.known = Some((exponent, cut));
                 cut
             }
         }

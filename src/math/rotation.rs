@@ -32,13 +32,15 @@ pub fn matrix(q: [f64; 4]) -> Mat3 {
 /// The product of a matrix and a vector. The general one of `nalgebra` is not put in line.
 #[inline(always)]
 pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
-    Vec3::from([0, 1, 2].map(|i| m[(i, 0)] * v.x + m[(i, 1)] * v.y + m[(i, 2)] * v.z))
+    let row = |i: usize| m[(i, 0)] * v.x + m[(i, 1)] * v.y + m[(i, 2)] * v.z;
+    Vec3::new(row(0), row(1), row(2))
 }
 
 /// The same with the transposed matrix: the turn back.
 #[inline(always)]
 pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {
-    Vec3::from([0, 1, 2].map(|i| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z))
+    let column = |i: usize| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z;
+    Vec3::new(column(0), column(1), column(2))
 }
 
 /// Hamilton's product: the turn `q` and then the turn `p`.

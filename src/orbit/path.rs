@@ -81,16 +81,35 @@ impl KeplerElements {
     }
 }
 
-/// The same positions many times in a row, from the polynomial of the stretch of time around them. Stretches are laid
-/// out once and for all, so that a position does not depend on what was asked before.
+/// A position, and powers of its distance r.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// The position.
+    pub position: Vec3,
+    /// 1 / r^2.
+    pub inverse_square: f64,
+    /// 1 / r^3.
+    pub inverse_cube: f64,
+}
+
+impl From<Vec3> for Place {
+    fn from(position: Vec3) -> Self {
+        let inverse_square = 1.0 / position.norm_squared();
+        Self { position, inverse_square, inverse_cube: inverse_square * inverse_square.sqrt() }
+    }
+}
+
+/// Places many times in a row, from the polynomial of the stretch of time around them. Stretches are laid out once and for
+/// all, so that a place does not depend on what was asked before.
 #[derive(Debug, Clone)]
 pub struct OrbitCells {
     orbit: OrbitPath,
     half_width: f64,
+    per_half_width: f64,
     /// The stretch in hand.
     cell: f64,
-    /// By powers of the place in it, from -1 to 1.
-    coefficients: [Vec3; Self::TERMS],
+    /// Of the numbers of a [`Place`], by powers of the time in the stretch, from -1 to 1.
+    coefficients: [[f64; 5]; Self::TERMS],
 }
 
 impl OrbitCells {
@@ -99,44 +118,54 @@ impl OrbitCells {
 
     /// Of an orbit.
     pub fn new(orbit: OrbitPath) -> Self {
-        let coefficients = [Vec3::zeros(); Self::TERMS];
-        Self { orbit, half_width: orbit.half_width(), cell: f64::NAN, coefficients }
+        let (half_width, coefficients) = (orbit.half_width(), [[0.0; 5]; Self::TERMS]);
+        Self { orbit, half_width, per_half_width: 1.0 / half_width, cell: f64::NAN, coefficients }
     }
 
-    /// The position a time after that of the elements.
-    pub fn after(&mut self, time: f64) -> Result<Vec3> {
-        let cell = (0.5 * time / self.half_width).floor();
+    /// The place a time after that of the elements.
+    #[inline]
+    pub fn after(&mut self, time: f64) -> Result<Place> {
+        let widths = time * self.per_half_width;
+        let cell = (0.5 * widths).floor();
         if cell != self.cell {
             self.fill(cell)?;
         }
-        let x = time / self.half_width - (2.0 * cell + 1.0);
+        let x = widths - (2.0 * cell + 1.0);
         let square = x * x;
-        let (mut even, mut odd) = (Vec3::zeros(), Vec3::zeros());
+        let (mut even, mut odd) = ([0.0; 5], [0.0; 5]);
         for pair in self.coefficients.chunks_exact(2).rev() {
-            even = even * square + pair[0];
-            odd = odd * square + pair[1];
+            for k in 0..5 {
+                even[k] = even[k] * square + pair[0][k];
+                odd[k] = odd[k] * square + pair[1][k];
+            }
         }
-        Ok(even + odd * x)
+        let number = |k: usize| even[k] + odd[k] * x;
+        let position = Vec3::new(number(0), number(1), number(2));
+        Ok(Place { position, inverse_square: number(3), inverse_cube: number(4) })
     }
 
+    #[cold]
     fn fill(&mut self, cell: f64) -> Result<()> {
         let n = Self::TERMS as f64;
         self.cell = f64::NAN;
-        self.coefficients.fill(Vec3::zeros());
-        let mut chebyshev = self.coefficients;
+        let mut chebyshev = [[0.0; 5]; Self::TERMS];
         for k in 0..Self::TERMS {
             let angle = PI * (k as f64 + 0.5) / n;
             let (position, _) = self.orbit.after((2.0 * cell + 1.0 + angle.cos()) * self.half_width)?;
+            let Place { inverse_square, inverse_cube, .. } = Place::from(position);
+            let numbers = [position.x, position.y, position.z, inverse_square, inverse_cube];
             for (j, c) in chebyshev.iter_mut().enumerate() {
-                *c += position * ((j as f64 * angle).cos() * if j == 0 { 1.0 } else { 2.0 } / n);
+                let weight = (j as f64 * angle).cos() * if j == 0 { 1.0 } else { 2.0 } / n;
+                c.iter_mut().zip(numbers).for_each(|(c, number)| *c += weight * number);
             }
         }
-        // By powers of the place: the terms fall so fast that nothing is lost.
+        // By powers of the time: the terms fall so fast that nothing is lost.
+        self.coefficients = [[0.0; 5]; Self::TERMS];
         let (mut last, mut present) = ([0.0; Self::TERMS], [0.0; Self::TERMS]);
         present[0] = 1.0;
         for (j, c) in chebyshev.iter().enumerate() {
-            for k in 0..Self::TERMS {
-                self.coefficients[k] += c * present[k];
+            for (coefficients, power) in self.coefficients.iter_mut().zip(present) {
+                coefficients.iter_mut().zip(c).for_each(|(sum, c)| *sum += c * power);
             }
             let factor = if j == 0 { 1.0 } else { 2.0 };
             let next = |k: usize| (if k > 0 { factor * present[k - 1] } else { 0.0 }) - last[k];
