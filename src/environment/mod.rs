@@ -157,7 +157,7 @@ impl Environment {
                 Force::Tide(force) => Law::Tide(force.ready(bodies, gravitational_constant)?),
                 Force::Yorp(force) => Law::Yorp(force.ready(bodies)?),
                 Force::Byorp(force) => Law::Byorp(force.ready(bodies, gravitational_constant)?),
-                Force::Function(force) => Law::Function(force.ready(bodies.len())?),
+                Force::Function(force) => Law::Function(force.ready(bodies)?),
             };
             terms.push(Term { name, law });
         }
@@ -266,6 +266,23 @@ impl Environment {
         out[4..7].copy_from_slice(moment.as_slice());
     }
 
+    /// The times between which all forces are given.
+    pub fn span(&self) -> (f64, f64) {
+        self.terms.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(first, last), term| match &term.law {
+            Law::ThirdBody(pull) => (first.max(pull.span().0), last.min(pull.span().1)),
+            _ => (first, last),
+        })
+    }
+
+    /// Refuses a time for which a third body's path is not given.
+    pub fn covers(&self, force: usize, time: f64) -> Result<()> {
+        crate::error::require_finite("time", &[time])?;
+        match self.terms.get(force) {
+            Some(Term { name, law: Law::ThirdBody(pull) }) => pull.covers(name, time, time),
+            _ => Ok(()),
+        }
+    }
+
     /// Position and velocity of a third body from the nominal barycentre at a time.
     pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
         match self.terms.get(force).map(|term| &term.law) {
@@ -290,6 +307,16 @@ fn place(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> 
         let names: Vec<_> = bodies.iter().map(|body| body.name.as_str()).collect();
         Error::invalid(format!("{role} of {force}"), format!("{name:?}"), format!("one of {names:?}"))
     })
+}
+
+/// The place of a body that a force turns.
+fn place_to_turn(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> {
+    let at = place(force, role, name, bodies)?;
+    if bodies[at].inertia() == Vec3::zeros() {
+        let expected = "a body with extent, which a torque can turn";
+        return Err(Error::invalid(format!("{role} of {force}"), format!("the point {name}"), expected));
+    }
+    Ok(at)
 }
 
 /// Two places of bodies that a force names.

@@ -59,6 +59,8 @@ class Yorp(Force):
     def _describe(self, ground: Ground) -> dict[str, Any]:
         units, name = ground.units, self.name
         obliquity = np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
+        if obliquity.ndim != 1 or not np.isfinite(obliquity).all():
+            raise InvalidInput(f"obliquity of {name} is {self.obliquity!r}; expected finite angles (T,)")
         rows = max(obliquity.size, 1)
 
         def torque(role: str) -> list[float]:

@@ -315,6 +315,8 @@ class BaseSystem(Tabled):
         position, velocity : ndarray or Quantity, (3,) or (K, 3)
         """
         index = self._force(name, "name")
+        if not isinstance(self._forces[index], KINDS["ThirdBody"]):
+            raise InvalidInput(f"name is {name!r}, a {type(self._forces[index]).__name__}; expected a ThirdBody")
         times = self._units.strip(time, "time", "time")
         both = self._core.third_body(index, np.atleast_1d(times))
         position, velocity = (array.reshape(*times.shape, 3) for array in both)
