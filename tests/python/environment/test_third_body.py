@@ -48,7 +48,7 @@ def test_a_third_body_twice_as_far_is_noticed():
 
 
 def test_the_sun_on_kw4_at_a_circle_of_0_64_au():
-    """306 mm after 20 h; the Sun's loads by plain differences in longdouble, with the second-order torque, give the same."""
+    """306 mm after 20 h; plain differences in longdouble, with the torque of second order, give the same."""
     system, state = fullbody.systems.kw4()
     mu = system.G * SUN
     orbit = (0.64 * AU, 0, 0, 0, 0, 0)
@@ -182,7 +182,8 @@ def test_no_matter_which_body_is_first():
 
 def test_no_matter_the_units():
     """Quantities in au, solar masses and days beside numbers in km, kg, hours."""
-    from astropy import constants, units as u
+    from astropy import constants
+    from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True)
     orbit = fullbody.KeplerElements(0.64 * u.au, 0.688, 39 * u.deg, 210 * u.deg, 193 * u.deg, 11 * u.deg)
