@@ -199,9 +199,9 @@ class Simulation:
                 core.step(float(np.clip(end, -1e300, 1e300)))
         except BodiesOverlap as error:
             raise self._system._explained(error, None) from None
-        except ForceFailed as failed:
-            error = self._system._caused(failed)
-            raise error from error.__cause__
+        except ForceFailed as error:
+            caused = self._system._caused(error)
+            raise caused from caused.__cause__
 
     def integrate(
         self,
