@@ -8,7 +8,7 @@ PYTHON ?= python3
 REPORT ?= out/reproduce
 # What the hunt for faults has, and its parts, each of which gets its share of it.
 FUZZ_MINUTES ?= 60
-FUZZ_PARTS   := fuzz-python
+FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
 FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # Of the report, which draws and measures with all of the package.
@@ -19,7 +19,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce test test-rust test-python check fmt docs bench fuzz $(FUZZ_PARTS) clean
+.PHONY: help kw4 film reproduce test test-rust test-python check fmt docs bench fuzz $(FUZZ_PARTS) mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -76,13 +76,14 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import; collisions missed
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside; collisions missed
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
 	$(BIN)/python benches/brouwer.py
 	$(BIN)/python benches/import_time.py
+	$(BIN)/python benches/forces.py
 	$(BIN)/python benches/head_on.py
 
 fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
@@ -90,7 +91,17 @@ fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=;
 fuzz-python: $(VENV)/.dev
 	PYTHONPATH=fuzz $(BIN)/python -m doors --minutes $(FUZZ_SHARE)
 
+# There is no unsafe code to sanitize, and without it a stable toolchain does.
+fuzz-archive fuzz-pairs: fuzz-%:
+	mkdir -p out/fuzz/$*
+	cargo fuzz run --sanitizer none $* out/fuzz/$* fuzz/corpus/$* -- \
+		-max_total_time=$$((60 * $(FUZZ_SHARE))) -timeout=60 -max_len=4096 -artifact_prefix=out/fuzz/$*-
+
+mutants:  ## changes to the Rust code that no Rust test notices, for a folder or file of src/: ROOM=dynamics
+	@test -n "$(ROOM)" -a -e "src/$(ROOM)" || { echo "no src/$(ROOM); say which part of src/, as in: make mutants ROOM=dynamics" >&2; exit 1; }
+	cargo mutants --file "src/$(ROOM:/=)$(if $(filter %.rs,$(ROOM)),,/**)" --output out $(MUTANTS)
+
 clean:  ## removes what was built
-	rm -rf target $(VENV) out dist docs/_extra docs/notebooks
+	rm -rf target fuzz/target $(VENV) out dist docs/_extra docs/notebooks
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so

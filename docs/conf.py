@@ -69,6 +69,8 @@ extensions = [
 ]
 exclude_patterns = ["_extra", "README.md", "**.ipynb_checkpoints"]
 nitpicky = True
+# Names with their classes are too wide for the list beside a page.
+toc_object_entries_show_parents = "hide"
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3

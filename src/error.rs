@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-/// What can go wrong in `fullbody`.
+/// An error of `fullbody`.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Error {
     /// An argument that describes nothing physical, or has the wrong shape.
@@ -116,13 +116,6 @@ pub enum Refusal {
     Shorter(&'static str),
     /// Nothing does: the run ends.
     Failed(Box<Error>),
-}
-
-impl Refusal {
-    /// One that ends the run.
-    pub fn failed(error: Error) -> Self {
-        Self::Failed(Box::new(error))
-    }
 }
 
 /// Refuses NaN and infinities, naming the quantity and the component.

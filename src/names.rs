@@ -4,12 +4,12 @@ use crate::error::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// One of a few things, each with a name. As a field of a description it is written by its name:
+/// A type of a few values, each with a name. A field of a description is written by that name with
 /// `#[serde(with = "crate::names")]`.
 pub trait Named: Copy + PartialEq + 'static {
     /// What the choice is about, for errors.
     const WHAT: &'static str;
-    /// All there is to choose from.
+    /// All values with their names.
     const NAMES: &'static [(&'static str, Self)];
 
     /// Its name.

@@ -1,43 +1,45 @@
 //! When a long computation asks its caller whether to go on.
 //!
-//! Takes the caller's hook and counts work; calls the hook about every 50 ms. What counts as a unit of work is about a node
-//! of a quadrature: some nanoseconds, or some tens of them. The clock is read after so many units and not after each, so that
-//! counting costs next to nothing.
+//! Takes the caller's hook and counts work; calls the hook about every 50 ms. A unit of work is about one node of a
+//! quadrature, which takes some nanoseconds to some tens of them. The clock is read once in [`UNITS`] of them, so that
+//! counting costs next to nothing. Whatever is done once for every pair of bodies counts, however little it is: a
+//! thousand bodies make half a million pairs.
 
 use crate::error::{Error, Result};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// How often a hook is called, at most.
-pub const HOOK_INTERVAL: Duration = Duration::from_millis(50);
+/// How long a hook is left alone; with what may be done between two looks at the clock it is called within 50 ms.
+pub const HOOK_INTERVAL: Duration = Duration::from_millis(40);
 
 /// Units of work between two looks at the clock: a few milliseconds.
 pub const UNITS: u64 = 100_000;
 
-/// A computation's willingness to go on: as long as the caller's hook does not break.
+/// The caller's leave to go on computing, which lasts until the hook breaks.
 pub struct Patience<'a> {
     hook: Option<&'a mut dyn FnMut() -> ControlFlow<()>>,
     asked: Instant,
     left: u64,
+    looks: u64,
 }
 
 impl<'a> Patience<'a> {
-    /// With a hook that was last called now.
+    /// From a hook that was last called now.
     pub fn new(hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
         Self::since(Instant::now(), hook)
     }
 
-    /// With a hook that was last called at some time.
+    /// From a hook that was last called at some time.
     pub fn since(asked: Instant, hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
-        Self { hook: Some(hook), asked, left: UNITS }
+        Self { hook: Some(hook), asked, left: UNITS, looks: 0 }
     }
 
-    /// That of a caller who waits for any length of time.
+    /// Without a hook: the caller waits for any length of time.
     pub fn endless() -> Self {
-        Self { hook: None, asked: Instant::now(), left: UNITS }
+        Self { hook: None, asked: Instant::now(), left: UNITS, looks: 0 }
     }
 
-    /// Counts `work` that is about to be done, at a time of the simulated motion that an interruption names.
+    /// Counts `work` that is about to be done. An interruption names `time`, a time of the simulated motion.
     #[inline]
     pub fn spend(&mut self, work: u64, time: f64) -> Result<()> {
         match self.left.checked_sub(work) {
@@ -49,7 +51,8 @@ impl<'a> Patience<'a> {
         }
     }
 
-    /// Counts the work where that is no reason to look at the clock; otherwise says no, and it is to be spent bit by bit.
+    /// Counts the work if the clock need not be read for it. Otherwise returns `false`, and the caller spends it bit by
+    /// bit.
     #[inline]
     pub fn affords(&mut self, work: u64) -> bool {
         let left = self.left.checked_sub(work);
@@ -57,9 +60,15 @@ impl<'a> Patience<'a> {
         left.is_some()
     }
 
+    /// How often so much work was spent that it was time to look at the clock.
+    pub fn looks(&self) -> u64 {
+        self.looks
+    }
+
     #[cold]
     fn look(&mut self, time: f64) -> Result<()> {
         self.left = UNITS;
+        self.looks += 1;
         let Some(hook) = &mut self.hook else { return Ok(()) };
         if self.asked.elapsed() < HOOK_INTERVAL {
             return Ok(());

@@ -46,7 +46,8 @@ from .record.integrators import (
 )
 from .record.statistics import Statistics
 from .record.track import Track
-from .setups.pair import Component, binary
+from .setups.binary import binary
+from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What can go wrong: one base class, and children that say what and when."""
+"""Errors and warnings: one base class of the errors, whose children say what went wrong and when."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class FullbodyError(Exception):
     Attributes
     ----------
     run : Run or None
-        Where an integration was cut short, what it had recorded until then.
+        The run until then, where an integration was cut short.
     """
 
     run: Any = None
@@ -78,7 +78,7 @@ class StepSizeTooSmall(FullbodyError, RuntimeError):
     Attributes
     ----------
     time, step : float
-        When, and the step asked for, in the system's units.
+        The time, and the step that the error control asked for, in the system's units.
     """
 
     def __init__(self, message: str, time: float = float("nan"), step: float = float("nan")) -> None:
@@ -148,9 +148,9 @@ def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
 
 
 class UncheckedFile(UserWarning):
-    """A warning: a file without a checksum of the whole, in which damage may go unseen.
+    """A warning: a file has no checksum of its whole content, so that damage may go unseen.
 
-    An earlier version or another program wrote it. A run that is loaded from it and saved again has one.
+    An earlier version or another program wrote it. A run that is loaded from it and saved again has the checksum.
     """
 
 

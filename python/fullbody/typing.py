@@ -2,8 +2,15 @@
 
 A system with units gives astropy's Quantities, which are arrays of numpy; another gives plain arrays and numbers. Which
 of the two is known when a program runs, and not before. So a type checker is told of types that have the attributes of
-both: ``run.position`` is an :data:`Array`, which passes for an ``ndarray`` and has ``.to("m")`` and ``.value`` as well.
-Neither is a class when a program runs: they serve in annotations alone.
+both: ``run.position`` is an ``Array``, which passes for an ``ndarray`` and has ``.to("m")`` and ``.value`` as well.
+They serve in annotations: when a program runs, they are numpy's ``ndarray`` and ``float``.
+
+A function that takes and gives either:
+
+>>> import fullbody
+>>> from fullbody.typing import Array
+>>> def separation(run: fullbody.Run) -> Array:
+...     return run["Beta"].position - run["Alpha"].position
 
 Attributes
 ----------
@@ -11,13 +18,6 @@ Array : type
     An ``ndarray`` of floats, or an ``astropy.units.Quantity``.
 Scalar : type
     A ``float``, or a ``Quantity`` of one number.
-
-Examples
---------
->>> import fullbody
->>> from fullbody.typing import Array
->>> def separation(run: fullbody.Run) -> Array:
-...     return run["Beta"].position - run["Alpha"].position
 """
 
 # Operators give these types, where numpy's own stubs give a plain ndarray.

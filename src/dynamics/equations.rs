@@ -13,10 +13,53 @@ use crate::patience::{Patience, UNITS};
 /// times that is the end of the chart.
 const POLE: f64 = 1e-4;
 
-/// Units of work of a pair beside its nodes, of choosing its rule, and of making the pair.
+/// Units of work of a pair beside its nodes, of choosing its rule or putting one in force again, of making the pair, and of
+/// taking the rule over from another object.
 const PAIR: u64 = 4;
 const CHOICE: u64 = 50;
 const NEW: u64 = 300;
+const COPY: u64 = 10;
+
+/// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rejected {
+    /// Two bodies are nearer to each other than the rule in force holds.
+    TooClose {
+        /// Places of the two in the system.
+        bodies: [usize; 2],
+        /// Separation of their centres.
+        separation: f64,
+        /// The least at which the rule holds.
+        valid_from: f64,
+    },
+    /// An attitude is at the pole of the Tait-Bryan angles.
+    Pole,
+    /// A rate of change is infinite or no number.
+    NotFinite,
+    /// A force from outside fails, with steps of any size.
+    Failed(Box<Error>),
+}
+
+impl Rejected {
+    /// The reason without names and numbers.
+    pub fn reason(&self) -> &'static str {
+        match self {
+            Self::TooClose { .. } => "two bodies come too close within a step",
+            Self::Pole => "an attitude reaches the pole of the Tait-Bryan angles",
+            Self::NotFinite => "a rate of change is not finite",
+            Self::Failed(_) => "a force from outside fails",
+        }
+    }
+}
+
+impl From<Rejected> for Refusal {
+    fn from(rejected: Rejected) -> Self {
+        match rejected {
+            Rejected::Failed(error) => Self::Failed(error),
+            other => Self::Shorter(other.reason()),
+        }
+    }
+}
 
 /// The equations of motion of one system, with the rules and scratch that they use.
 #[derive(Debug, Clone)]
@@ -50,11 +93,12 @@ impl System {
 impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
-        let pairs = system.pairs().map(|(i, j)| {
+        // Half a million pairs, of a thousand bodies, are not to be moved about.
+        let mut pairs = Vec::with_capacity(n * (n - 1) / 2);
+        for (i, j) in system.pairs() {
             patience.spend(NEW, 0.0)?;
-            Ok((i, j, system.pair(i, j)))
-        });
-        let pairs = pairs.collect::<Result<Vec<_>>>()?;
+            pairs.push((i, j, system.pair(i, j)));
+        }
         Ok(Self {
             layout: system.layout(),
             work: 0,
@@ -103,17 +147,31 @@ impl Dynamics {
     }
 
     /// Puts in force what [`Self::memory`] gave.
-    pub fn recall(&mut self, memory: &[Option<RuleMemory>], switches: &[Option<Switch>]) -> Result<()> {
+    pub fn recall(
+        &mut self,
+        memory: &[Option<RuleMemory>],
+        switches: &[Option<Switch>],
+        patience: &mut Patience,
+    ) -> Result<()> {
         self.outside.recall(switches)?;
         if memory.len() != self.pairs.len() {
             return Err(Error::invalid("number of rules", memory.len(), self.pairs.len().to_string()));
         }
-        self.pairs.iter_mut().zip(memory).try_for_each(|((_, _, pair), memory)| pair.recall(memory.as_ref()))
+        for ((.., pair), memory) in self.pairs.iter_mut().zip(memory) {
+            patience.spend(CHOICE, 0.0)?;
+            pair.recall(memory.as_ref())?;
+            patience.spend(pair.rule().map_or(0, Rule::nodes) as u64, 0.0)?;
+        }
+        Ok(())
     }
 
     /// Puts the rules in force that another object of the same system has in force.
-    pub fn copy_rules(&mut self, from: &Self) {
-        self.pairs.iter_mut().zip(&from.pairs).for_each(|((_, _, pair), (_, _, from))| pair.copy_rule(from));
+    pub fn copy_rules(&mut self, from: &Self, patience: &mut Patience) -> Result<()> {
+        for ((.., pair), (.., from)) in self.pairs.iter_mut().zip(&from.pairs) {
+            patience.spend(COPY, 0.0)?;
+            pair.copy_rule(from);
+        }
+        Ok(())
     }
 
     /// Parts in which an evaluation is made, so that the caller can be asked between them; one for all but very many bodies.
@@ -129,7 +187,8 @@ impl Dynamics {
     /// Refuses a run for which the forces from outside do not hold, from a vector at a time to another time.
     pub fn check_outside(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
         if self.layout.forces > 0 {
-            self.frame.show(time, y, &mut self.outside.scene);
+            self.turn(y);
+            self.show(time, y);
             self.outside.check(time, until)?;
         }
         Ok(())
@@ -149,7 +208,7 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 {
-            self.frame.show(time, y, &mut self.outside.scene);
+            self.show(time, y);
             self.outside.switch();
         }
         let mut work = PAIR + self.outside.work();
@@ -160,7 +219,8 @@ impl Dynamics {
             let growth = self.system.check_apart(i, j, &pose, time)?;
             let closing = self.closing(y, i, j, &pose, growth, step);
             let pair = &mut self.pairs[index].2;
-            pair.prepare(&pose, closing)?;
+            patience.spend(pair.prepare(&pose, closing)?, time)?;
+            let pair = &self.pairs[index].2;
             work += PAIR + pair.rule().map_or(0, Rule::nodes) as u64;
         }
         (self.parts, self.in_part, self.work) = (1, self.pairs.len(), work);
@@ -202,7 +262,7 @@ impl Dynamics {
 
     /// A part of the accelerations of the centres and the torques on the bodies; after the last part [`Self::loads`] gives them.
     /// Allocates nothing.
-    pub fn load(&mut self, part: usize, time: f64, y: &[f64]) -> std::result::Result<(), Refusal> {
+    pub fn load(&mut self, part: usize, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
         if part == 0 {
             self.turn(y);
             self.acceleration.fill(Vec3::zeros());
@@ -213,8 +273,10 @@ impl Dynamics {
         for (i, j, pair) in &self.pairs[start..self.pairs.len().min(start + self.in_part)] {
             let (i, j) = (*i, *j);
             let pose = self.pose(y, i, j);
-            if !pair.covers(pose.separation.norm()) {
-                return Err(Refusal::Shorter("two bodies come too close within a step"));
+            let separation = pose.separation.norm();
+            if !pair.covers(separation) {
+                let valid_from = pair.valid_from();
+                return Err(Rejected::TooClose { bodies: [i, j], separation, valid_from });
             }
             let f = pair.interaction(&pose);
             let (mi, mj) = (self.system.bodies[i].mass, self.system.bodies[j].mass);
@@ -227,9 +289,9 @@ impl Dynamics {
     }
 
     /// Adds what comes from outside: to the bodies' motion about the barycentre, and to that of the barycentre.
-    fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Refusal> {
-        self.frame.show(time, y, &mut self.outside.scene);
-        self.outside.load()?;
+    fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
+        self.show(time, y);
+        self.outside.load().map_err(|error| Rejected::Failed(Box::new(error)))?;
         let bodies = &self.system.bodies;
         let (mut total, mut mass) = (Vec3::zeros(), 0.0);
         for (body, of) in bodies.iter().enumerate() {
@@ -262,7 +324,7 @@ impl Dynamics {
         time: f64,
         y: &[f64],
         rate: &mut [f64],
-    ) -> std::result::Result<(), Refusal> {
+    ) -> std::result::Result<(), Rejected> {
         self.load(part, time, y)?;
         if part + 1 < self.parts {
             return Ok(());
@@ -285,9 +347,7 @@ impl Dynamics {
                 AttitudeChart::TaitBryan => {
                     let angles = [y[a], y[a + 1], y[a + 2]];
                     if angles[1].cos() < POLE {
-                        return Err(Refusal::Shorter(
-                            "an attitude reaches the pole of the Tait-Bryan angles",
-                        ));
+                        return Err(Rejected::Pole);
                     }
                     rest[a - positions..a - positions + 3]
                         .copy_from_slice(&rotation::tait_bryan_rate(angles, spin));
@@ -300,16 +360,20 @@ impl Dynamics {
             let d = layout.departure();
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
-            let scene = &self.outside.scene;
-            for force in 0..layout.forces {
-                let book = &mut rate[layout.book(force)..][..BOOK];
-                self.outside.book(force, &scene.velocity, &scene.spin, book);
-            }
         }
-        if rate.iter().all(|r| r.is_finite()) {
+        if rate[..layout.dependent()].iter().all(|r| r.is_finite()) {
             Ok(())
         } else {
-            Err(Refusal::Shorter("a rate of change is not finite"))
+            Err(Rejected::NotFinite)
+        }
+    }
+
+    /// The rates of the books at the vector of the last evaluation.
+    pub fn quadratures(&self, rate: &mut [f64]) {
+        let scene = &self.outside.scene;
+        for force in 0..self.layout.forces {
+            let book = &mut rate[self.layout.book(force)..][..BOOK];
+            self.outside.book(force, &scene.velocity, &scene.spin, book);
         }
     }
 
@@ -400,6 +464,12 @@ impl Dynamics {
                 low[c] = carry;
             }
         }
+    }
+
+    /// Shows a vector whose rotations are known to the forces from outside.
+    fn show(&mut self, time: f64, y: &[f64]) {
+        let attitudes = self.outside.wants_attitudes();
+        self.frame.show(time, y, &self.rotations, attitudes, &mut self.outside.scene);
     }
 
     fn turn(&mut self, y: &[f64]) {

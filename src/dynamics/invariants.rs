@@ -1,4 +1,4 @@
-//! What the motion conserves: the paper's sections "Total energy" and "Angular momentum".
+//! The quantities that the motion conserves: the paper's sections "Total energy" and "Angular momentum".
 
 use super::layout::vector;
 use super::{BarycentricFrame, State};
@@ -20,13 +20,13 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// From the parts.
+    /// The energy of these parts.
     pub fn new(translational: f64, rotational: f64, potential: f64) -> Self {
         Self { total: sum([translational, rotational, potential]), translational, rotational, potential }
     }
 }
 
-/// What a motion conserves, at a time.
+/// The quantities that a motion conserves, at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invariants {
     /// The time.
@@ -74,8 +74,9 @@ pub(super) fn angular_momentum(bodies: &[Body], state: &State) -> Vec3 {
     })
 }
 
-/// The same of an integrator's vector: what the bodies have about the barycentre, what the nominal barycentre has about the origin,
-/// which is constant, and what departing from it adds. Formed from the bodies' own places it would lose digits as the system travels.
+/// The same of an integrator's vector: the angular momentum of the bodies about the barycentre, that of the nominal
+/// barycentre about the origin, which is constant, and what the departure from it adds. Formed from the bodies' own
+/// places it would lose digits as the system travels.
 pub(super) fn angular_momentum_of_vector(
     bodies: &[Body],
     frame: &BarycentricFrame,

@@ -16,7 +16,7 @@
 use super::State;
 use crate::environment::{BOOK, Scene};
 use crate::math::compensated::{Compensated, sum, two_sum};
-use crate::math::{Vec3, rotation};
+use crate::math::{Mat3, Vec3, rotation};
 use crate::names::Named;
 
 /// How attitudes are integrated.
@@ -59,13 +59,19 @@ pub struct Layout {
 impl Layout {
     /// Length of the vector.
     pub fn dimension(self) -> usize {
-        self.departure() + if self.forces > 0 { 6 + BOOK * self.forces } else { 0 }
+        self.dependent() + BOOK * self.forces
     }
 
     /// Index of the first of the six numbers of the barycentre's departure: the number of all that the bodies have.
     #[inline]
     pub fn departure(self) -> usize {
         (9 + self.chart.width()) * self.bodies
+    }
+
+    /// Number of numbers that the rates of change depend on: all but the books.
+    #[inline]
+    pub fn dependent(self) -> usize {
+        self.departure() + if self.forces > 0 { 6 } else { 0 }
     }
 
     /// The books of all forces.
@@ -76,7 +82,7 @@ impl Layout {
     /// Index of the first number in the books of a force.
     #[inline]
     pub fn book(self, force: usize) -> usize {
-        self.departure() + 6 + BOOK * force
+        self.dependent() + BOOK * force
     }
 
     /// Index of the first position component of a body.
@@ -178,15 +184,17 @@ impl BarycentricFrame {
         }
     }
 
-    /// Shows the bodies of a vector at a time to forces from outside.
-    pub fn show(&self, time: f64, y: &[f64], scene: &mut Scene) {
+    /// Shows the bodies of a vector at a time to forces from outside; attitudes as quaternions only where they are wanted.
+    pub fn show(&self, time: f64, y: &[f64], rotations: &[Mat3], attitudes: bool, scene: &mut Scene) {
         let (departed, departing) = self.departure(y);
         for body in 0..self.layout.bodies {
             scene.position[body] = departed + vector(y, self.layout.position(body));
             scene.velocity[body] = departing + vector(y, self.layout.velocity(body));
-            scene.attitude[body] = self.attitude(body, y);
-            scene.rotation[body] = rotation::matrix(scene.attitude[body]);
+            scene.rotation[body] = rotations[body];
             scene.spin[body] = vector(y, self.layout.spin(body));
+            if attitudes {
+                scene.attitude[body] = self.attitude(body, y);
+            }
         }
         scene.time = time;
         scene.origin = self.nominal_at(time);

@@ -12,7 +12,7 @@ mod splitting;
 mod state;
 mod system;
 
-pub use equations::Dynamics;
+pub use equations::{Dynamics, Rejected};
 pub use invariants::{Energy, Invariants};
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};

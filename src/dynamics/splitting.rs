@@ -10,9 +10,9 @@
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
 use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
-use super::{AttitudeChart, Dynamics};
+use super::{AttitudeChart, Dynamics, Rejected};
 use crate::environment::BOOK;
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::compensated::two_sum;
 use crate::orbit::kepler_change;
@@ -21,7 +21,7 @@ use crate::patience::Patience;
 /// Units of work of turning a body by a rad, for [`Patience`].
 const ROTATION: f64 = 400.0;
 
-/// What counts as the large part.
+/// Which motion is the large part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parts {
     /// Kepler motion and free rotation.
@@ -121,7 +121,7 @@ impl Splitting {
         self.loaded = loads.len() == self.masses.len();
     }
 
-    /// Takes note of the step that comes. Forces from outside are computed anew, with what they put into the books.
+    /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
     pub fn begin(&mut self, dynamics: &Dynamics, time: f64, step: f64) {
         (self.time, self.step, self.covered) = (time, step, 0.0);
         self.loaded &= dynamics.layout().forces == 0;
@@ -182,7 +182,7 @@ impl Splitting {
             let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
-            // A cast of what is too large, or no number, is the end of its range.
+            // Too large a number counts as the limit, and so does NaN.
             patience
                 .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
             let turn = match self.parts {
@@ -252,10 +252,8 @@ impl Splitting {
         let layout = dynamics.layout();
         for part in 0..dynamics.parts() {
             patience.spend(dynamics.work(), self.time)?;
-            dynamics.load(part, self.time + self.covered, high).map_err(|refusal| match refusal {
-                Refusal::Shorter(reason) => self.failed(&format!("{reason}; use a shorter step")),
-                Refusal::Failed(error) => *error,
-            })?;
+            let loaded = dynamics.load(part, self.time + self.covered, high);
+            loaded.map_err(|rejected| self.refused(dynamics, rejected))?;
         }
         let (acceleration, torque) = dynamics.loads();
         self.acceleration.copy_from_slice(acceleration);
@@ -278,8 +276,24 @@ impl Splitting {
             self.loaded = true;
             Ok(())
         } else {
-            Err(self.failed("a rate of change is not finite; use a shorter step"))
+            Err(self.refused(dynamics, Rejected::NotFinite))
         }
+    }
+
+    /// That the forces cannot be had within the step.
+    fn refused(&self, dynamics: &Dynamics, rejected: Rejected) -> Error {
+        let reason = match rejected {
+            Rejected::TooClose { bodies, separation, valid_from } => {
+                let [first, second] = bodies.map(|body| &dynamics.system().bodies()[body].name);
+                format!(
+                    "{first} and {second} come to a separation of {separation:.6e} in it, where the quadrature of their \
+                     forces was chosen for {valid_from:.6e} and more"
+                )
+            }
+            Rejected::Failed(error) => return *error,
+            other => other.reason().to_owned(),
+        };
+        self.failed(&format!("{reason}; use a shorter step"))
     }
 
     fn failed(&self, detail: &str) -> Error {
@@ -287,7 +301,7 @@ impl Splitting {
         Error::NotConverged { what, detail: detail.to_owned() }
     }
 
-    /// That a body turns too far in a step, and in which step it would not.
+    /// The error that a body turns too far in this step, with the step in which it would not.
     fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
         let name = &dynamics.system().bodies()[body].name;
         let (inertia, step) = (self.inertia[body], self.step.abs());
@@ -328,7 +342,7 @@ impl Splitting {
     }
 }
 
-/// From Jacobi's vectors to those from the barycentre of all.
+/// Turns Jacobi's vectors into those from the barycentre of all.
 fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
     let mut centre = Vec3::zeros();
     for body in (1..masses.len()).rev() {

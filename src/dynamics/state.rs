@@ -19,7 +19,7 @@ pub struct State {
 }
 
 impl State {
-    /// From values per body; quaternions of any non-zero length are scaled to one.
+    /// A state of values per body; quaternions of any non-zero length are scaled to one.
     pub fn new(
         time: f64,
         position: Vec<Vec3>,
@@ -70,7 +70,7 @@ impl State {
         Ok(Self { time, position, velocity, attitude, spin })
     }
 
-    /// From the paper's angles (phi, theta, psi) instead of quaternions.
+    /// A state of the paper's angles (phi, theta, psi) instead of quaternions.
     pub fn from_tait_bryan(
         time: f64,
         position: Vec<Vec3>,

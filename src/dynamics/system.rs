@@ -2,7 +2,7 @@
 
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, State, invariants};
 use crate::environment::{Environment, Force, Loads};
-use crate::error::{Error, Refusal, Result, require_finite};
+use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{BodyGravity, Method, Pair, Pose};
@@ -73,7 +73,7 @@ pub struct BodyInteraction {
 }
 
 impl System {
-    /// From bodies of distinct names; G is in the units of everything else.
+    /// A system of bodies with distinct names; G is in the units of everything else.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
             return Err(Error::invalid("number of bodies", 0, "at least one"));
@@ -230,7 +230,7 @@ impl System {
             patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
             let mut pair = self.pair(i, j);
-            pair.prepare(&pose, 0.0)?;
+            patience.spend(pair.prepare(&pose, 0.0)?, state.time)?;
             let strength = self.strength(i, j);
             let f = pair.interaction(&pose);
             result.force[i] += strength * f.force_on_first;
@@ -252,15 +252,11 @@ impl System {
         self.check(state, patience)?;
         let mut environment = self.environment()?;
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
-        frame.show(state.time, &y, &mut environment.scene);
+        let rotations: Vec<_> = state.attitude.iter().map(|&q| rotation::matrix(q)).collect();
+        frame.show(state.time, &y, &rotations, true, &mut environment.scene);
         environment.check(state.time, state.time)?;
         environment.switch();
-        environment.load().map_err(|refusal| match refusal {
-            Refusal::Failed(error) => *error,
-            Refusal::Shorter(reason) => {
-                Error::invalid("the state", reason, "one where the forces can be had")
-            }
-        })?;
+        environment.load()?;
         Ok(environment.loads().to_vec())
     }
 
@@ -272,7 +268,7 @@ impl System {
             patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
             let mut pair = self.pair(i, j);
-            pair.prepare(&pose, 0.0)?;
+            patience.spend(pair.prepare(&pose, 0.0)?, state.time)?;
             potential += self.strength(i, j) * pair.potential_energy(&pose);
         }
         let energy = invariants::energy(&self.bodies, state, potential);

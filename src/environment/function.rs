@@ -1,7 +1,7 @@
 //! A caller's own force, by a pointer to a function in C: compiled from any language, or a way into an interpreter.
 
 use super::{Loads, Scene};
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -111,7 +111,7 @@ pub(super) struct Called {
 
 impl Called {
     #[allow(unsafe_code)]
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> std::result::Result<(), Refusal> {
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
         let bodies = scene.position.len();
         for body in 0..bodies {
             let (r, v) = (scene.origin + scene.position[body], scene.origin_velocity + scene.velocity[body]);
@@ -134,9 +134,8 @@ impl Called {
                 self.call.data as *mut c_void,
             )
         };
-        let failed = |detail: String| {
-            Err(Refusal::failed(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail }))
-        };
+        let failed =
+            |detail: String| Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail });
         if answer != 0 {
             return failed(format!("its function answers {answer}, where 0 is success"));
         }

@@ -4,9 +4,10 @@
 //! across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres (2010),
 //! Icarus 209, 494, for the force along the secondary's motion.
 
-use super::{Loads, Scene, Switch, place_to_turn, two_places};
+use super::scene::{Loads, Scene, Switch, place_to_turn, two_places};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
+use crate::math::rotation::turned_back;
 use crate::math::spline::Spline;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -93,7 +94,7 @@ impl Turning {
         // From the pole to the spin, across the spin: there is no such direction where they are parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        loads.torque[self.on] = scene.rotation[self.on].transpose() * torque;
+        loads.torque[self.on] = turned_back(&scene.rotation[self.on], &torque);
     }
 }
 

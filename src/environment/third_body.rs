@@ -10,11 +10,12 @@
 //! says, by the third law.
 
 use super::{Loads, Scene};
-use crate::error::{Error, Refusal, Result, require_positive};
+use crate::error::{Error, Result, require_positive};
 use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
+use crate::math::rotation::{turned, turned_back};
 use crate::math::spline::Spline;
-use crate::orbit::{KeplerElements, OrbitPath};
+use crate::orbit::{KeplerElements, OrbitCells, OrbitPath};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -70,8 +71,10 @@ impl ThirdBody {
             Path::Orbit { elements, time } => {
                 crate::error::require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
                 let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
+                let orbit = orbit.map_err(|error| error.of(&self.name))?;
                 Motion::Orbit {
-                    orbit: orbit.map_err(|error| error.of(&self.name))?,
+                    orbit,
+                    cells: Box::new(OrbitCells::new(orbit)),
                     time: *time,
                     periapsis: elements.periapsis_distance(),
                 }
@@ -94,7 +97,7 @@ impl ThirdBody {
 
 #[derive(Debug, Clone)]
 enum Motion {
-    Orbit { orbit: OrbitPath, time: f64, periapsis: f64 },
+    Orbit { orbit: OrbitPath, cells: Box<OrbitCells>, time: f64, periapsis: f64 },
     Table(Spline<3>),
 }
 
@@ -121,6 +124,15 @@ impl Pull {
             }
         };
         Ok((position * self.sign, velocity * self.sign))
+    }
+
+    /// The position alone, quickly.
+    fn position(&mut self, time: f64) -> Result<Vec3> {
+        let position = match &mut self.motion {
+            Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch)?,
+            Motion::Table(spline) => Vec3::from(spline.at(time).0),
+        };
+        Ok(position * self.sign)
     }
 
     /// First and last time for which the path is given.
@@ -159,8 +171,8 @@ impl Pull {
         Err(Error::invalid(format!("{what} of {name}"), nearest, expected))
     }
 
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> std::result::Result<(), Refusal> {
-        let (p, _) = self.place(scene.time).map_err(Refusal::failed)?;
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
+        let p = self.position(scene.time)?;
         let square = p.norm_squared();
         for (body, r) in scene.position.iter().enumerate() {
             let q = r.dot(&(r - 2.0 * p)) / square;
@@ -170,14 +182,14 @@ impl Pull {
             let mut force = (r + f * p) * (-self.mu / (distance * distance * distance));
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
-                let Some((excess, moment)) = extended.at(&(turn.transpose() * -d)) else {
-                    return Err(Refusal::failed(Error::ForceFailed {
+                let Some((excess, moment)) = extended.at(&turned_back(turn, &-d)) else {
+                    return Err(Error::ForceFailed {
                         force: name.to_owned(),
                         time: scene.time,
                         detail: format!("it comes inside {}", self.names[body]),
-                    }));
+                    });
                 };
-                force -= turn * (excess * self.mu);
+                force -= turned(turn, &excess) * self.mu;
                 loads.torque[body] = -moment * (self.mu * self.masses[body]);
             }
             loads.force[body] = force * self.masses[body];

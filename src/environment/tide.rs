@@ -8,9 +8,10 @@
 //! the opposite acts on the deformed body, and its torque is -r x F. Only what the lag adds is here: the figure is rigid, so that
 //! the bulges of the tide and of the rotation are part of it.
 
-use super::{Loads, Scene, place_to_turn, two_places};
+use super::scene::{Loads, Scene, place_to_turn, two_places};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
+use crate::math::rotation::turned_back;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -71,6 +72,6 @@ impl Lagging {
         let force = bracket * -strength;
         loads.force[self.by] += force;
         loads.force[self.on] -= force;
-        loads.torque[self.on] = scene.rotation[self.on].transpose() * -r.cross(&force);
+        loads.torque[self.on] = turned_back(&scene.rotation[self.on], &-r.cross(&force));
     }
 }

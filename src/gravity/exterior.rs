@@ -22,7 +22,7 @@ pub struct ExteriorField {
 const MONOPOLE_FROM: f64 = 1e9;
 
 impl ExteriorField {
-    /// For a body and a gravitational constant.
+    /// The gravity of a body, with a gravitational constant.
     pub fn new(body: &Body, gravitational_constant: f64) -> Self {
         let unit = body.shape.natural_unit();
         let shape = body.shape.scaled(1.0 / unit);
@@ -48,7 +48,7 @@ impl ExteriorField {
     fn evaluate(&self, point: &Vec3) -> Result<(f64, Vec3)> {
         require_finite(&format!("point in the field of {}", self.name), point.as_slice())?;
         let x = point / self.unit;
-        // Largest component first: its square may not be a double.
+        // The largest component is tried first: its square may overflow.
         let distance = x.amax() * (x / x.amax()).norm();
         let Shape::Ellipsoid(ellipsoid) = &self.shape else {
             return match distance {

@@ -155,7 +155,7 @@ impl Far<'_> {
             // The derivative of f is 1 - d.
             let d = w * (slope + slope + q * w);
             let correction = if self.cut.newton == 1 {
-                // So small a d that (1 + d) (1 + d^2) (1 + d^4) is the reciprocal.
+                // The reciprocal of 1 - d; d is so small that (1 + d) (1 + d^2) (1 + d^4) is exact to round-off.
                 let d2 = d * d;
                 let d4 = d2 * d2;
                 let partial = d.mul_add(d2, d) + d2;
@@ -170,10 +170,10 @@ impl Far<'_> {
 }
 
 impl Far<'_> {
-    /// R_i - 1/r^3: what the field has beyond that of a point, to its own last digits. With w = r^2 u it is
-    /// ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
+    /// R_i - 1/r^3, what the field has beyond that of a point, and the differences of the R_i, to their own last digits. With w = r^2 u
+    /// the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
-    pub fn excess_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    pub fn excess_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let c = |value| eta.constant(value);
         let w = eta + c(1.0);
@@ -182,7 +182,13 @@ impl Far<'_> {
         let cube = w * w.sqrt();
         let stretched = eta * eta.mul_add(eta + c(3.0), c(3.0)) / (cube + c(1.0));
         let unit = inverse * inverse.sqrt();
-        [first, first + second, first + third].map(|beyond| unit * (cube * u).mul_add(beyond, stretched))
+        let fifth = unit * (cube * u);
+        let (second, third) = (fifth * second, fifth * third);
+        let first = fifth.mul_add(first, unit * stretched);
+        PointField {
+            rd: [first, first + second, first + third],
+            rd_difference: [third - second, -third, second],
+        }
     }
 }
 

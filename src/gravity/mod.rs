@@ -26,7 +26,7 @@ pub use pull::ExtendedPull;
 use crate::math::lanes::{Lanes, dot};
 use pulp::Simd;
 
-/// What one point of the field gives.
+/// The field at one point.
 #[derive(Clone, Copy)]
 pub struct PointField<S: Simd> {
     /// R_D(s_j, s_k; s_i) for i = 1, 2, 3: the field is g_i = -x_i R_i.

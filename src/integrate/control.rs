@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Given")]
+#[serde(try_from = "Unchecked")]
 pub struct Tolerance {
     /// Relative to the present scale of each quantity.
     #[serde(rename = "rtol")]
@@ -21,9 +21,9 @@ impl Tolerance {
     /// At it the steps' own errors are below what rounding leaves at random over some 1e5 steps.
     pub const FLOOR: f64 = 6e-16;
 
-    /// What [`super::VERNER96`] compares at for steps whose own errors are below what rounding leaves at random over 1e7 steps:
-    /// the energy of Kepler orbits of any eccentricity drifts by 2e-21 a step, and walks by 5e-18 times the root of their
-    /// number.
+    /// The tolerance of [`super::VERNER96`] for steps whose own errors are below what rounding leaves at random over
+    /// 1e7 steps: the energy of Kepler orbits of any eccentricity drifts by 2e-21 a step, and walks by 5e-18 times the
+    /// root of their number.
     pub const TO_ROUNDOFF: Self = Self { relative: 2e-13, absolute: 0.0 };
 
     /// Refuses what is not between 0 and 1, and two zeros. Where the sum is below [`Self::FLOOR`] the relative part is raised
@@ -46,18 +46,18 @@ impl Tolerance {
     }
 }
 
-/// A tolerance as a description gives it.
+/// A tolerance as a description gives it, not yet checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Given {
+struct Unchecked {
     rtol: f64,
     atol: f64,
 }
 
-impl TryFrom<Given> for Tolerance {
+impl TryFrom<Unchecked> for Tolerance {
     type Error = Error;
 
-    fn try_from(given: Given) -> Result<Self> {
+    fn try_from(given: Unchecked) -> Result<Self> {
         Self::new(given.rtol, given.atol)
     }
 }

@@ -83,7 +83,7 @@ impl Segment {
         }
     }
 
-    /// What the coefficients are multiplied with at a fraction of the step.
+    /// The factors of the coefficients at a fraction of the step.
     pub fn basis(&self, theta: f64) -> [f64; MAX_TERMS] {
         let mut basis = [0.0; MAX_TERMS];
         let x = 2.0 * theta - 1.0;

@@ -5,7 +5,7 @@ use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{Compensated, two_sum};
-use crate::math::lanes::{LargestChanges, Term, WeightedRows, stride};
+use crate::math::lanes::{self, LargestChanges, Term, WeightedRows, stride};
 use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,14 @@ pub trait Equations {
         rate: &mut [f64],
     ) -> std::result::Result<(), Refusal>;
 
+    /// How many numbers of the vector, its first ones, the rates of change depend on. The others are quadratures.
+    fn dependent(&self, dimension: usize) -> usize {
+        dimension
+    }
+
+    /// Leaves the rates of the quadratures at the vector of the last evaluation in `rate`. Called only where they count.
+    fn quadratures(&mut self, _rate: &mut [f64]) {}
+
     /// Size of a difference `v` at `y` in units of the tolerance.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
 
@@ -67,6 +75,8 @@ pub struct Step<'a> {
     pub start: &'a [f64],
     /// The vector at its end.
     pub end: &'a [f64],
+    /// The time of its start.
+    pub time: f64,
     /// Its size, negative for a run backwards.
     pub size: f64,
     rates: &'a [f64],
@@ -116,6 +126,8 @@ pub struct Stepper {
     fresh: bool,
     /// The non-zero weights of every stage, and at the end those of the solution.
     terms: Vec<Vec<Term>>,
+    /// Whether a stage has a weight in the solution or in its interpolant.
+    counts: Vec<bool>,
     trial: Vec<f64>,
     /// What the coefficients' low parts add to it.
     tail: Vec<f64>,
@@ -166,6 +178,7 @@ impl Stepper {
             before: (0.0, Controller::new()),
             statistics: Statistics::default(),
             terms: terms(tableau),
+            counts: counts(tableau),
             stages: vec![0.0; all_stages * stride(dimension)],
             fresh: false,
             trial: vec![0.0; stride(dimension)],
@@ -301,6 +314,7 @@ impl Stepper {
             tableau: self.tableau,
             start: &self.last.high,
             end: &self.high,
+            time: self.last.start(),
             size: self.last.size,
             rates: &self.stages,
         }
@@ -350,17 +364,20 @@ impl Stepper {
         let dimension = self.high.len();
         while self.known < self.tableau.a.len() {
             let stage = self.known;
-            self.fill_trial(equations.arch(), stage, self.last.size);
+            self.fill_trial(equations, stage, self.last.size);
             let time = self.last.start() + self.tableau.c[stage] * self.last.size;
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
-            evaluate(equations, time, &self.trial[..dimension], rates, patience).map_err(|unmade| {
-                unmade.error(|reason| Error::StepSizeTooSmall {
-                    time,
-                    step: self.last.size,
-                    reason: format!("{reason}, while interpolating"),
-                })
-            })?;
+            let counts = self.counts[stage];
+            evaluate(equations, time, &self.trial[..dimension], rates, counts, patience).map_err(
+                |unmade| {
+                    unmade.error(|reason| Error::StepSizeTooSmall {
+                        time,
+                        step: self.last.size,
+                        reason: format!("{reason}, while interpolating"),
+                    })
+                },
+            )?;
             self.known += 1;
         }
         Ok(())
@@ -410,14 +427,17 @@ impl Stepper {
         let work = equations.work() * self.tableau.stages as u64;
         let quick = equations.parts() == 1 && patience.affords(work);
         for stage in first..self.tableau.stages {
-            self.fill_trial(equations.arch(), stage, size);
+            self.fill_trial(equations, stage, size);
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
             let (at, trial) = (time + self.tableau.c[stage] * size, &self.trial[..dimension]);
             if quick {
                 equations.derivative(0, at, trial, rates)?;
+                if self.counts[stage] {
+                    equations.quadratures(rates);
+                }
             } else {
-                evaluate(equations, at, trial, rates, patience)?;
+                evaluate(equations, at, trial, rates, self.counts[stage], patience)?;
             }
             self.fresh = true;
             self.known = stage + 1;
@@ -426,31 +446,38 @@ impl Stepper {
         for (stage, (b, b_hat)) in self.tableau.b.iter().zip(self.tableau.b_hat).enumerate() {
             let weight = size * (b - b_hat);
             if weight != 0.0 {
-                let rates = &self.stages[stage * stride(dimension)..][..dimension];
+                let rates = &self.stages[stage * stride(dimension)..][..equations.dependent(dimension)];
                 self.trial.iter_mut().zip(rates).for_each(|(t, k)| *t += weight * k);
             }
+        }
+        if !quick {
+            // The norm takes about as long as a part.
+            patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
         if error.is_finite() { Ok(error) } else { Err(Unmade::Refused("the error estimate is not finite")) }
     }
 
-    /// y + size sum_j a_ij k_j.
-    fn fill_trial(&mut self, arch: Arch, stage: usize, size: f64) {
-        self.combine(arch, stage);
-        let vector = self.last.high.iter().zip(&self.last.low);
+    /// y + size sum_j a_ij k_j, of the numbers that matter.
+    fn fill_trial(&mut self, equations: &impl Equations, stage: usize, size: f64) {
+        let dependent = equations.dependent(self.high.len());
+        self.combine(equations.arch(), stage, dependent);
+        let vector = self.last.high[..dependent].iter().zip(&self.last.low);
         for ((t, tail), (high, low)) in self.trial.iter_mut().zip(&self.tail).zip(vector) {
             *t = high + ((low + size * tail) + size * *t);
         }
     }
 
-    /// Sums of the rates by a row of `terms`, and by the weights' low parts, into `trial` and `tail`.
-    fn combine(&mut self, arch: Arch, row: usize) {
-        let (terms, rows) = (&self.terms[row], &self.stages);
-        arch.dispatch(WeightedRows { terms, rows, out: &mut self.trial, tail: &mut self.tail });
+    /// Sums of the rates of the first numbers by a row of `terms`, and by the weights' low parts, into `trial` and `tail`.
+    fn combine(&mut self, arch: Arch, row: usize, numbers: usize) {
+        let (terms, rows, stride) = (&self.terms[row], &self.stages, self.trial.len());
+        let (out, tail) =
+            (&mut self.trial[..lanes::stride(numbers)], &mut self.tail[..lanes::stride(numbers)]);
+        arch.dispatch(WeightedRows { terms, rows, stride, out, tail });
     }
 
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
-        self.combine(equations.arch(), self.tableau.a.len());
+        self.combine(equations.arch(), self.tableau.a.len(), self.high.len());
         let vector = self.high.iter_mut().zip(self.low.iter_mut());
         for ((increment, tail), (high, low)) in self.trial.iter().zip(&self.tail).zip(vector) {
             let (sum, error) = two_sum(*high, size * increment);
@@ -483,7 +510,8 @@ impl Stepper {
         let unit = Tolerance { relative: 1.0, absolute: 0.0 };
         let (first, rest) = self.stages.split_at_mut(stride(dimension));
         let first = &mut first[..dimension];
-        evaluate(equations, time, &self.high, first, patience).map_err(|unmade| unmade.error(failed))?;
+        evaluate(equations, time, &self.high, first, true, patience)
+            .map_err(|unmade| unmade.error(failed))?;
         self.statistics.evaluations += 2;
         // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
         let rate = equations.norm(&self.high, first, &unit);
@@ -494,7 +522,7 @@ impl Stepper {
         }
         let second = &mut rest[..dimension];
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
-        let curvature = match evaluate(equations, at, trial, second, patience) {
+        let curvature = match evaluate(equations, at, trial, second, false, patience) {
             Err(Unmade::Ended(error)) => return Err(error),
             Err(Unmade::Refused(_)) => f64::INFINITY,
             Ok(()) => {
@@ -538,19 +566,31 @@ impl Unmade {
     }
 }
 
-/// The rates of change at a trial vector.
+/// The rates of change at a trial vector, with those of the quadratures where the stage counts.
 fn evaluate(
     equations: &mut impl Equations,
     time: f64,
     y: &[f64],
     rate: &mut [f64],
+    counts: bool,
     patience: &mut Patience,
 ) -> std::result::Result<(), Unmade> {
     for part in 0..equations.parts() {
         patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
         equations.derivative(part, time, y, rate)?;
     }
+    if counts {
+        equations.quadratures(rate);
+    }
     Ok(())
+}
+
+fn counts(tableau: &Tableau) -> Vec<bool> {
+    let weighted = |stage: usize| {
+        let within = tableau.interpolant.weights.get(stage).is_some_and(|row| row.iter().any(|w| *w != 0.0));
+        within || tableau.b.get(stage).is_some_and(|b| *b != 0.0)
+    };
+    (0..tableau.a.len()).map(weighted).collect()
 }
 
 fn terms(tableau: &Tableau) -> Vec<Vec<Term>> {

@@ -135,7 +135,7 @@ impl<S: Simd> Lanes<S> {
         self.simd.reduce_max_f64s(self.simd.max_f64s(self.raw[0], self.raw[1]))
     }
 
-    /// Any lane of a block that has the same value in all.
+    /// The value of a block that has the same value in all lanes.
     #[inline(always)]
     pub fn first(self) -> f64 {
         self.simd.reduce_min_f64s(self.raw[0])
@@ -248,7 +248,7 @@ pub struct LargestChanges<'a> {
     pub rows: &'a [f64],
     /// The columns that are wanted.
     pub range: Range<usize>,
-    /// The differences; other columns are left with anything.
+    /// The differences; the numbers in other columns mean nothing.
     pub out: &'a mut [f64],
 }
 
@@ -287,11 +287,13 @@ pub struct Term {
 
 /// Weighted sums of rows: `out` by the weights, `tail` by their low parts.
 pub struct WeightedRows<'a> {
-    /// What is summed.
+    /// The terms of the sum.
     pub terms: &'a [Term],
-    /// Rows, one after the other, each of the length of `out`, a [`stride`].
+    /// Rows, one after the other.
     pub rows: &'a [f64],
-    /// Sum by the weights.
+    /// Length of a row, a [`stride`].
+    pub stride: usize,
+    /// Sum by the weights, of as many columns as this has: a [`stride`] too.
     pub out: &'a mut [f64],
     /// Sum by the low parts.
     pub tail: &'a mut [f64],
@@ -305,7 +307,7 @@ impl WithSimd for WeightedRows<'_> {
         let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
         let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
         let tail = S::as_mut_simd_f64s(self.tail).0.as_chunks_mut::<COLUMNS>().0;
-        let width = out.len();
+        let width = rows.len() * self.stride / self.rows.len();
         for (column, (out, tail)) in out.iter_mut().zip(tail).enumerate() {
             let zero = simd.splat_f64s(0.0);
             let (mut sum, mut rest) = ([zero; COLUMNS], [zero; COLUMNS]);

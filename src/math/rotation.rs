@@ -29,6 +29,18 @@ pub fn matrix(q: [f64; 4]) -> Mat3 {
     )
 }
 
+/// The product of a matrix and a vector. The general one of `nalgebra` is not put in line.
+#[inline(always)]
+pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|i| m[(i, 0)] * v.x + m[(i, 1)] * v.y + m[(i, 2)] * v.z))
+}
+
+/// The same with the transposed matrix: the turn back.
+#[inline(always)]
+pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|i| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z))
+}
+
 /// Hamilton's product: the turn `q` and then the turn `p`.
 #[inline]
 pub fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
@@ -62,8 +74,8 @@ pub fn from_tait_bryan(angles: [f64; 3]) -> [f64; 4] {
 
 /// The Tait-Bryan angles of a quaternion: phi and psi in (-pi, pi], theta in [-pi/2, pi/2].
 ///
-/// From the sum and the difference of phi and psi, each of which keeps its digits where it matters: near a pole of the
-/// angles the attitude is still that of the quaternion to round-off.
+/// They are formed from the sum and the difference of phi and psi. So even near a pole of the angles they give the
+/// attitude of the quaternion to round-off.
 pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
     let [w, x, y, z] = q;
     // With C, S = cos, sin of theta/2: (C - S) (cos, sin)((phi + psi)/2), and (C + S) (cos, sin)((phi - psi)/2).

@@ -66,10 +66,10 @@ impl Pair {
     }
 
     /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
-    /// between steps.
-    pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<()> {
+    /// between steps. Gives the number of nodes that were evaluated in order to choose.
+    pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<u64> {
         if matches!(self.method, Method::Multipole(_) | Method::Point) {
-            return Ok(());
+            return Ok(0);
         }
         let mut scaled = self.scaled(pose);
         scaled.separation *= 1.0 - closing;
@@ -78,7 +78,7 @@ impl Pair {
             (Some(order), choice) => {
                 let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
                 self.adopt(integrated, degree, order, reach);
-                Ok(())
+                Ok(0)
             }
             (None, Some((integrated, degree))) => {
                 let keep = self.rule.as_ref().is_some_and(|rule| {
@@ -89,7 +89,7 @@ impl Pair {
                     _ => degree,
                 };
                 self.adopt(integrated, degree, self.order(integrated, degree), reach);
-                Ok(())
+                Ok(0)
             }
             (None, None) => self.by_comparison(&scaled, reach),
         }
@@ -149,8 +149,8 @@ impl Pair {
         reach < SIZES * size || matches!(self.kernel(integrated, MARGIN * reach), Kernel::Far(_))
     }
 
-    /// Raises the degree until a rule agrees with a finer one.
-    fn by_comparison(&mut self, pose: &Pose, reach: f64) -> Result<()> {
+    /// Raises the degree until a rule agrees with a finer one. Gives the number of nodes of all of them.
+    fn by_comparison(&mut self, pose: &Pose, reach: f64) -> Result<u64> {
         let (integrated, guess) = self.by_guess(pose);
         let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
         let mut level = LADDER
@@ -160,10 +160,12 @@ impl Pair {
             .min(LADDER.len() - 2);
         self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach);
         let mut coarse = self.scaled_interaction(pose);
+        let mut nodes = self.nodes_in_force();
         while level + 1 < LADDER.len() {
             let degree = LADDER[level + 1];
             self.adopt(integrated, degree, self.order(integrated, degree), reach);
             let fine = self.scaled_interaction(pose);
+            nodes += self.nodes_in_force();
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
                 // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
@@ -174,7 +176,7 @@ impl Pair {
                     LADDER[level]
                 };
                 self.adopt(integrated, degree, self.order(integrated, degree), reach);
-                return Ok(());
+                return Ok(nodes + self.nodes_in_force());
             }
             coarse = fine;
             level += 1;
@@ -192,6 +194,10 @@ impl Pair {
                 if self.method == Method::Focal { "" } else { "gravity=\"focal\", " }
             ),
         })
+    }
+
+    fn nodes_in_force(&self) -> u64 {
+        self.rule.as_ref().map_or(0, |rule| rule.nodes() as u64)
     }
 
     fn agrees(

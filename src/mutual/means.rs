@@ -1,7 +1,8 @@
 //! A body's attraction as the mean of the other body's g, r x g and Phi over points that stand for it.
 //!
 //! All three are harmonic functions within a body that the other one does not touch. Their means over a homogeneous
-//! ellipsoid are means over less of it, and by the third law they are the force, torque and energy of the pair.
+//! ellipsoid equal means over its surface or its focal ellipse alone. By the third law they are the force, torque and
+//! energy of the pair.
 //!
 //! Focal rule: outside itself, an ellipsoid (a >= b >= c) attracts like its focal ellipse, x^2/(a^2-c^2) + y^2/(b^2-c^2)
 //! <= 1, carrying mass in proportion to sqrt(1 - x^2/(a^2-c^2) - y^2/(b^2-c^2)): Maclaurin's theorem on confocal

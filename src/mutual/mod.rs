@@ -23,7 +23,7 @@ use crate::math::{Mat3, Vec3};
 /// Where two bodies are and how they are turned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// From the first centre to the second, inertial.
+    /// The vector from the first centre to the second, inertial.
     pub separation: Vec3,
     /// Rotation matrix of the first body: body frame to inertial.
     pub rotation_first: Mat3,
@@ -45,7 +45,7 @@ pub struct Interaction {
 /// One body as the integrand's field and the other as the integration set, in the field body's canonical frame.
 #[derive(Debug, Clone, Copy)]
 struct Roles {
-    /// From the field body's centre to the other's.
+    /// The vector from the field body's centre to the other's.
     origin: Vec3,
     /// Turns the other's canonical frame into the field body's.
     turn: Mat3,

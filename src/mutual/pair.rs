@@ -55,7 +55,7 @@ pub struct Pair {
     /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
     pub(super) unit: f64,
     pub(super) bodies: [BodyGravity; 2],
-    /// What stands for each body where it is the one that is integrated over.
+    /// The points that stand for each body where that one is integrated over.
     pub(super) carriers: [Carrier; 2],
     multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
@@ -103,10 +103,16 @@ impl Pair {
         self.rule.as_ref()
     }
 
+    /// The least separation at which the rule in force holds.
+    #[inline]
+    pub fn valid_from(&self) -> f64 {
+        self.rule.as_ref().map_or(0.0, |rule| rule.valid_from * self.unit)
+    }
+
     /// Whether the rule in force holds at this separation.
     #[inline]
     pub fn covers(&self, distance: f64) -> bool {
-        self.rule.as_ref().is_none_or(|rule| distance >= rule.valid_from * self.unit)
+        distance >= self.valid_from()
     }
 
     /// Force and torques with the rule in force.
@@ -204,7 +210,7 @@ impl Pair {
     }
 }
 
-/// What stands for a body beside the one whose field is taken.
+/// The points that stand for a body in the field of the other one.
 fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
     /// The difference of the paper's pressures across the shortest axis c loses up to 1.5 epsilon (a + a') / c of the
     /// force, a and a' the longest semi-axes of both bodies: the default tolerance at thirty.

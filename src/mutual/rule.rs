@@ -47,7 +47,7 @@ pub struct RuleMemory {
     pub valid_from: f64,
 }
 
-/// What stands for the body that is integrated over.
+/// The points that stand for the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Carrier {
     /// Its surface, by the potential: the paper's integrals.

@@ -55,7 +55,8 @@ pub(super) fn mutual_potential(
     arch.dispatch(EnergySum { kernel, nodes, semi_axes, roles })
 }
 
-/// A point of the surface: in its own canonical frame, and from the field body's centre in that one's.
+/// A point of the surface: in the body's canonical frame, and from the field body's centre in the canonical frame of
+/// that one.
 #[inline(always)]
 fn surface_point<S: Simd>(
     unit: [Lanes<S>; 3],
@@ -87,7 +88,7 @@ struct Moments {
 }
 
 impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
-    /// Of the monopole and of the rest.
+    /// The means of the monopole and of the rest.
     type Output = [Moments; 2];
 
     #[inline(always)]

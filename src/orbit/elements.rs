@@ -3,7 +3,6 @@
 //! Takes elements in radians and the caller's length; gives position and velocity in the frame of the angles.
 
 use super::anomaly::{EccentricPlace, wrapped};
-use super::path::OrbitPath;
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -65,11 +64,6 @@ impl KeplerElements {
         };
         elements.check()?;
         Ok(elements)
-    }
-
-    /// Position and velocity for mu = G (m_1 + m_2).
-    pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
-        OrbitPath::new(self, mu)?.after(0.0)
     }
 
     /// Mean motion, sqrt(mu / |a|^3): radians per unit time.

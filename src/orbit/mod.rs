@@ -11,5 +11,5 @@ mod path;
 mod propagate;
 
 pub use elements::KeplerElements;
-pub use path::OrbitPath;
+pub use path::{OrbitCells, OrbitPath};
 pub use propagate::kepler_change;

@@ -11,14 +11,14 @@ use serde::de::DeserializeOwned;
 /// The value that a dict describes.
 pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> PyResult<T> {
     for (name, value) in described {
-        // JSON has no others.
+        // JSON has finite numbers alone.
         if let Ok(number) = value.extract::<f64>() {
             require_finite(&name.to_string(), &[number])?;
         }
     }
     let json = described.py().import("json")?;
     let text: String = json.call_method1("dumps", (described,))?.extract()?;
-    // In two steps, so that errors tell no places in a text that nobody sees.
+    // In two steps, so that errors name no places in a text that the caller never sees.
     let value = serde_json::from_str::<serde_json::Value>(&text);
     let found = value.and_then(serde_json::from_value);
     found.map_err(|error| InvalidInput::new_err(error.to_string()))

@@ -1,4 +1,4 @@
-//! What a run watches for.
+//! The conditions that a run watches for.
 
 use super::listening::Listener;
 use super::systems::PyState;
@@ -24,7 +24,7 @@ pub enum PyCondition {
 }
 
 impl PyCondition {
-    /// The condition as the core has it. The first exception of a function goes to `listener`.
+    /// The core's condition. The first exception of a function goes to `listener`.
     pub fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },

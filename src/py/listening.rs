@@ -31,7 +31,7 @@ impl Listener {
         }
     }
 
-    /// What a call raises that failed: the exception that is kept, or that of its error.
+    /// The exception of a call that failed: the one that was kept, or that of the error.
     pub fn explain(&self, error: Error) -> PyErr {
         let kept = self.raised.lock().ok().and_then(|mut slot| slot.take());
         kept.unwrap_or_else(|| error.into())

@@ -48,8 +48,10 @@ impl PySimulation {
 
     /// The simulation that `to_bytes` wrote, with the functions of its forces by their names.
     #[staticmethod]
-    fn from_bytes(bytes: &[u8], functions: BTreeMap<String, Function>) -> Result<Self, Error> {
-        let inner = Simulation::from_bytes_with(bytes, |name| functions.get(name).and_then(call))?;
+    fn from_bytes(py: Python<'_>, bytes: &[u8], functions: BTreeMap<String, Function>) -> PyResult<Self> {
+        let calls: BTreeMap<_, _> = functions.iter().map(|(name, function)| (name, call(function))).collect();
+        let given = |name: &str| calls.get(&name.to_owned()).cloned().flatten();
+        let inner = listening(py, |patience| Simulation::from_bytes_with(bytes, given, patience))?;
         Ok(Self { inner })
     }
 
@@ -86,7 +88,7 @@ impl PySimulation {
         PyState { inner: self.inner.state() }
     }
 
-    /// What is conserved, at the start: time, four energies, angular momentum.
+    /// The conserved quantities at the start: time, four energies, angular momentum.
     #[getter]
     fn start(&self) -> [f64; 8] {
         self.inner.start().numbers()

@@ -1,4 +1,4 @@
-//! The order of a rule that a tolerance takes, from the geometry.
+//! The order that a rule needs to reach a tolerance, from the geometry.
 //!
 //! A rule that is exact for polynomials of degree L errs by at most twice the distance of the integrand from those
 //! polynomials, which falls like rate^-L. The integrand is the other body's potential, analytic away from that

@@ -32,15 +32,16 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// Bodies this close to contact touch: the rounding of a computed contact of compact ones.
+    /// Bodies this close to contact count as touching: a computed contact of compact bodies is as uncertain by
+    /// rounding.
     const TOUCHING: f64 = 5e-14;
     /// Bodies near contact with more uncertainty than this are too thin to tell.
     const TELLING: f64 = 1e-3;
 
     /// Whether the interiors of two bodies share a point; the names are for the error.
     ///
-    /// Bodies that touch within the uncertainty do not overlap. An error where it exceeds a thousandth and they may do
-    /// either.
+    /// Bodies that touch within the uncertainty do not overlap. Where the uncertainty exceeds a thousandth and leaves
+    /// open whether they overlap, this is an error.
     pub fn overlap(&self, first: &str, second: &str) -> Result<bool> {
         let depth = 1.0 - self.factor;
         if self.uncertainty > Self::TELLING && depth.abs() <= self.uncertainty {
@@ -75,7 +76,7 @@ pub fn growth(
     // In units of the larger body and of the separation nothing over- or underflows.
     let separation = separation / largest;
     let bodies = [Axes::new(first, rotation_first, scale), Axes::new(second, rotation_second, scale)];
-    let unit = Pair { bodies, direction: separation.normalize() }.growth();
+    let unit = TwoEllipsoids { bodies, direction: separation.normalize() }.growth();
     Growth { factor: unit.factor * (largest / scale * separation.norm()), ..unit }
 }
 
@@ -113,15 +114,15 @@ impl Axes {
     }
 }
 
-struct Pair {
+struct TwoEllipsoids {
     bodies: [Axes; 2],
-    /// Of the separation, whose length counts as one.
+    /// The direction of the separation, whose length counts as one.
     direction: Vec3,
 }
 
-/// What one weight t gives.
+/// The values at one weight t.
 struct Trial {
-    /// n.r / (h_A(n) + h_B(n)), a bound from below on the largest.
+    /// n.r / (h_A(n) + h_B(n)), a lower bound of its maximum over n.
     growth: Growth,
     /// ln(h_A/h_B) - ln t.
     excess: f64,
@@ -129,14 +130,14 @@ struct Trial {
     slope: f64,
 }
 
-impl Pair {
+impl TwoEllipsoids {
     fn growth(&self) -> Growth {
-        /// Enough to halve the widest bracket down to the last digit.
+        /// So many halvings take the widest bracket down to the last digit.
         const MAX_TRIALS: usize = 60;
         /// The factor is flat at its maximum, so that half the digits of t give all of it.
         const ENOUGH: f64 = 1e-8;
         let [a, b] = &self.bodies;
-        // Between these t = h_A/h_B lies, whatever the sizes.
+        // The weight t = h_A/h_B lies between these, whatever the sizes.
         let (mut low, mut high) = ((a.shortest / b.longest).ln(), (a.longest / b.shortest).ln());
         let along = |body: &Axes| body.vectors.iter().map(|v| v.dot(&self.direction).powi(2)).sum::<f64>();
         let mut u = (0.5 * (along(a) / along(b)).ln()).clamp(low, high);

@@ -15,7 +15,7 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// From semi-axes in any order.
+    /// An ellipsoid of semi-axes in any order of size.
     pub fn new(semi_axes: [f64; 3]) -> Result<Self> {
         for (axis, label) in semi_axes.iter().zip(["a", "b", "c"]) {
             require_positive(&format!("semi-axis {label}"), *axis)?;

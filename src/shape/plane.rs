@@ -1,9 +1,9 @@
 //! Planes between two bodies.
 //!
-//! A plane with unit normal n lies between two bodies whose centres are r apart where n.r > h_A(n) + h_B(n), h the support
-//! functions: every n tells a lower bound of the gap. The normal for which n.r / (h_A + h_B) is largest is that of the plane
-//! which both bodies touch when they have grown to touch, and the ratio is the factor by which they have: the dual of the
-//! contact function, whose parameter s it shares by s / (1 - s) = h_A / h_B.
+//! A plane with unit normal n lies between two bodies whose centres are r apart where n.r > h_A(n) + h_B(n), h the
+//! support functions: every n gives a lower bound of the gap. The normal for which n.r / (h_A + h_B) is largest is that
+//! of the plane which both bodies touch when they have grown to touch, and the ratio is the factor by which they have:
+//! the dual of the contact function, whose parameter s it shares by s / (1 - s) = h_A / h_B.
 
 use super::Shape;
 use crate::math::{Mat3, Vec3};
@@ -14,11 +14,11 @@ pub fn support(shape: &Shape, rotation: &Mat3, normal: &Vec3) -> f64 {
     rotation.tr_mul(normal).component_mul(&Vec3::from(shape.semi_axes())).norm()
 }
 
-/// The unit normal, from the first body to the second, of the plane that both touch when they have grown to touch; `None` where
-/// there is none in doubles.
+/// The unit normal, from the first body to the second, of the plane that both touch when they have grown to touch;
+/// `None` where doubles cannot hold it.
 ///
-/// `balance` is ln(h_A / h_B), found where it is looked for from its value of a pose nearby. A normal that is off by a small angle
-/// bounds the gap almost as well.
+/// `balance` is ln(h_A / h_B): the search starts from its value at a pose nearby, and leaves the value found. A normal
+/// that is off by a small angle bounds the gap almost as well.
 pub fn normal(
     shapes: [&Shape; 2],
     rotations: [&Mat3; 2],
@@ -66,7 +66,7 @@ pub fn normal(
         let moved = (next - u).abs();
         u = next;
         n = at(u)?;
-        // The gap is flat in n at its largest.
+        // The gap is flat in n at its maximum.
         if moved < 1e-7 {
             break;
         }

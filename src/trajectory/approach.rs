@@ -1,7 +1,8 @@
 //! Whether bodies meet within a step.
 //!
-//! Asked of every step: first by bounds that cost next to nothing, and only where they leave a doubt on the continuous solution.
-//! The bounds compare the line between the step's ends with how far the path between them can bend away from it.
+//! Every step is checked: first by bounds that cost next to nothing, and on the continuous solution only where they
+//! leave a doubt. The bounds compare the line between the step's ends with how far the path between them can bend away
+//! from it.
 
 use super::encounter::Encounter;
 use crate::dynamics::{Layout, System};
@@ -12,8 +13,12 @@ use crate::patience::Patience;
 use crate::shape::Shape;
 use pulp::Arch;
 
-/// What rounding, and the bridge between the ends of fixed steps, may differ from what the bounds are made for.
+/// By how much rounding, and the bridge between the ends of fixed steps, may exceed the motion that the bounds are made
+/// for.
 const MARGIN: f64 = 1e-9;
+
+/// Units of work of a pair in a bound, for [`Patience`].
+const PAIR: u64 = 5;
 
 /// Where two bodies meet.
 #[derive(Debug, Clone, Copy)]
@@ -24,17 +29,17 @@ pub(super) struct Contact {
     pub piece: usize,
     /// The fraction of the piece at which their surfaces touch.
     pub theta: f64,
-    /// The time of that.
+    /// The time at which they touch.
     pub time: f64,
 }
 
 impl Contact {
-    /// Whether it is that of these two.
+    /// Whether these two bodies meet in it.
     pub fn is_of(&self, first: usize, second: usize) -> bool {
         self.bodies == [first.min(second), first.max(second)]
     }
 
-    /// That the two overlap from then on.
+    /// The error that the two overlap from then on.
     pub fn error(&self, system: &System) -> Error {
         let [first, second] = self.bodies.map(|body| system.bodies()[body].name.clone());
         Error::BodiesOverlap { first, second, time: self.time }
@@ -47,7 +52,7 @@ pub(super) struct Approach {
     bodies: Vec<Reach>,
     /// Whether a body has an extent: points have nothing to overlap with.
     extended: bool,
-    /// By how much each body's path can bend from a line, without what is not known of the other bodies' pull.
+    /// By how much each body's path can bend from a line, without the unknown part of the other bodies' pull.
     bends: Vec<f64>,
     /// By how much accelerations change from stage to stage, where they lie in the vector of rates.
     changes: Vec<f64>,
@@ -103,9 +108,15 @@ impl Approach {
     ///
     /// The interpolant of the positions is that of an acceleration, known at the pair's own stages. At those of the interpolant
     /// alone it is bounded by [`Self::apart`]. How far both bend it from the chord is [`Step::spread`].
-    pub fn excludes(&mut self, arch: Arch, layout: Layout, step: &Step) -> bool {
+    pub fn excludes(
+        &mut self,
+        arch: Arch,
+        layout: Layout,
+        step: &Step,
+        patience: &mut Patience,
+    ) -> Result<bool> {
         if !self.extended {
-            return true;
+            return Ok(true);
         }
         let velocities = layout.velocity(0)..layout.velocity(self.bodies.len());
         self.changes.resize(step.stride(), 0.0);
@@ -123,15 +134,15 @@ impl Approach {
                 .map(|v| v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
                 .fold(0.0, larger)
         };
-        let lines = Lines { layout, start: step.start, end: step.end, tangent: 0.0 };
-        if self.roughly_apart(&lines, bend(largest(first), largest(change)), square * unknown) {
-            return true;
+        let lines = Lines { layout, time: step.time, start: step.start, end: step.end, tangent: 0.0 };
+        if self.roughly_apart(&lines, bend(largest(first), largest(change)), square * unknown, patience)? {
+            return Ok(true);
         }
         for (body, own) in self.bends.iter_mut().enumerate() {
             let squared = |values: &[f64]| vector(values, 3 * body).norm_squared();
             *own = bend(squared(first), squared(change));
         }
-        self.apart(&lines, square * unknown)
+        self.apart(&lines, square * unknown, patience)
     }
 
     /// Whether no two bodies can have met between the ends of a fixed step, on the motion from its start that is then tilted to end
@@ -139,16 +150,24 @@ impl Approach {
     ///
     /// Before it is tilted that motion is within half the square of the time, times the acceleration, of the straight line along
     /// the first velocities, and afterwards within an eighth of it of the chord.
-    pub fn excludes_between(&mut self, layout: Layout, start: &[f64], end: &[f64], size: f64) -> bool {
+    pub fn excludes_between(
+        &mut self,
+        layout: Layout,
+        time: f64,
+        [start, end]: [&[f64]; 2],
+        size: f64,
+        patience: &mut Patience,
+    ) -> Result<bool> {
         if !self.extended {
-            return true;
+            return Ok(true);
         }
-        let lines = Lines { layout, start, end, tangent: size };
+        let lines = Lines { layout, time, start, end, tangent: size };
         let weight = 0.5 * size * size;
-        self.roughly_apart(&lines, 0.0, weight) || {
-            self.bends.fill(0.0);
-            self.apart(&lines, weight)
+        if self.roughly_apart(&lines, 0.0, weight, patience)? {
+            return Ok(true);
         }
+        self.bends.fill(0.0);
+        self.apart(&lines, weight, patience)
     }
 
     /// Whether all pairs stay apart where bodies go along their lines, but for their bends and `weight` times the largest
@@ -158,11 +177,12 @@ impl Approach {
     /// most G m / (d - p_1 - p_2)^2 there: each attracts like mass on its focal ellipse, which reaches p from its centre. If with
     /// this acceleration no pair goes farther than half its gap, then none has been nearer, and none has met. The same bound holds
     /// for the series of any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
-    fn apart(&mut self, lines: &Lines, weight: f64) -> bool {
+    fn apart(&mut self, lines: &Lines, weight: f64, patience: &mut Patience) -> Result<bool> {
         self.pulls.fill(0.0);
         let n = self.bodies.len();
         let mut index = 0;
         for i in 0..n {
+            patience.spend(PAIR * (n - i) as u64, lines.time)?;
             for j in i + 1..n {
                 let [from, to, along] = lines.of(i, j);
                 self.nearest[index] = nearest(&from, &to).min(nearest(&from, &along));
@@ -178,32 +198,34 @@ impl Approach {
         }
         let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
         // A NaN leaves a doubt.
-        pairs.all(|((i, j), near)| {
+        Ok(pairs.all(|((i, j), near)| {
             let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
             bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
-        })
+        }))
     }
 
-    /// The same with the least and the largest of all pairs in place of each pair's own, which is quickly said and mostly enough.
-    fn roughly_apart(&self, lines: &Lines, bend: f64, weight: f64) -> bool {
+    /// The same with the least and the largest values of all pairs in place of each pair's own, which is quick and
+    /// mostly enough.
+    fn roughly_apart(&self, lines: &Lines, bend: f64, weight: f64, patience: &mut Patience) -> Result<bool> {
         let (mut gap, mut inner) = (f64::INFINITY, f64::INFINITY);
         for (i, a) in self.bodies.iter().enumerate() {
+            patience.spend(PAIR * (self.bodies.len() - i) as u64, lines.time)?;
             for (j, b) in self.bodies.iter().enumerate().skip(i + 1) {
                 let [from, to, along] = lines.of(i, j);
                 let way = larger((to - from).norm_squared(), (along - from).norm_squared());
                 let near = (1.0 - 2.0 * MARGIN) * from.norm() - way.sqrt();
                 let touching = a.radius + b.radius;
-                // Said so that NaN leaves a doubt.
+                // Written so that NaN leaves a doubt.
                 let apart = near > touching;
                 if !apart {
-                    return false;
+                    return Ok(false);
                 }
                 gap = gap.min(near - touching);
                 inner = inner.min(0.5 * (near + touching) - (a.focal + b.focal));
             }
         }
         let square = inner * inner;
-        inner > 0.0 && 2.0 * bend * square + weight * self.pull <= 0.5 * gap * square
+        Ok(inner > 0.0 && 2.0 * bend * square + weight * self.pull <= 0.5 * gap * square)
     }
 
     /// The first contact on a piece, which is the one with this index.
@@ -265,6 +287,8 @@ fn larger(a: f64, b: f64) -> f64 {
 /// Straight lines that bodies might go along.
 struct Lines<'a> {
     layout: Layout,
+    /// The time of the start.
+    time: f64,
     start: &'a [f64],
     end: &'a [f64],
     /// For how long along the first velocities.

@@ -15,9 +15,9 @@ use super::checkpoint::Checkpoint;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::{Integrator, Simulation};
-use crate::dynamics::{BarycentricFrame, Invariants, Settings, System};
+use crate::dynamics::{BarycentricFrame, Invariants, Settings, State, System};
 use crate::environment::{Call, Force};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require_finite, require_positive};
 use crate::patience::Patience;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub const ARCHIVE_VERSION: u32 = 3;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
-/// What the Python package of version 0.1.0, whose layout was 1, wrote before the core's bytes.
+/// The bytes that the Python package of version 0.1.0, whose layout was 1, wrote before the core's.
 const BEFORE_LAYOUT_1: &[u8] = b"fullbody simulation\n";
 
 /// What a simulation was made with. There is no other description of it: archives hold this one, and the Python package makes
@@ -60,7 +60,7 @@ struct Contents {
     now: Checkpoint,
 }
 
-/// What the start decides for the whole run, and what is measured against it.
+/// The numbers of the start that the whole run depends on, and those that drifts are measured against.
 #[derive(Serialize, Deserialize)]
 struct Start {
     /// The [`BarycentricFrame`]: time, position and velocity of the barycentre.
@@ -69,8 +69,20 @@ struct Start {
     barycentre_velocity: [f64; 3],
     /// Per body the scales of position, velocity and spin, to which absolute tolerances refer.
     scales: Vec<[f64; 3]>,
-    /// What is conserved there, as [`Invariants::numbers`] has it.
+    /// The conserved quantities there, as [`Invariants::numbers`] gives them.
     conserved: [f64; 8],
+}
+
+impl Start {
+    /// Refuses numbers that no simulation starts with.
+    fn check(&self) -> Result<()> {
+        require_finite("epoch of a simulation", &[self.epoch])?;
+        require_finite("barycentre of a simulation", &self.barycentre)?;
+        require_finite("velocity of the barycentre of a simulation", &self.barycentre_velocity)?;
+        let scales = self.scales.iter().flatten();
+        scales.copied().try_for_each(|scale| require_positive("scale of a simulation", scale))?;
+        require_finite("what is conserved in a simulation", &self.conserved)
+    }
 }
 
 impl Simulation {
@@ -115,13 +127,17 @@ impl Simulation {
     }
 
     /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        Self::from_bytes_with(bytes, |_| None)
+    pub fn from_bytes(bytes: &[u8], patience: &mut Patience) -> Result<Self> {
+        Self::from_bytes_with(bytes, |_| None, patience)
     }
 
     /// The same of a simulation with forces that are functions, which no archive can hold: `functions` gives those of a name.
-    pub fn from_bytes_with(bytes: &[u8], functions: impl Fn(&str) -> Option<Call>) -> Result<Self> {
-        read(bytes)?.restore(functions)
+    pub fn from_bytes_with(
+        bytes: &[u8],
+        functions: impl Fn(&str) -> Option<Call>,
+        patience: &mut Patience,
+    ) -> Result<Self> {
+        read(bytes)?.restore(functions, patience)
     }
 
     /// What such bytes were made with, and the caller's text in them.
@@ -198,7 +214,11 @@ impl Contents {
             .map_err(|error| refuse(format!("of a set-up that is damaged ({error})"), "one that can be read"))
     }
 
-    fn restore(self, functions: impl Fn(&str) -> Option<Call>) -> Result<Simulation> {
+    fn restore(
+        self,
+        functions: impl Fn(&str) -> Option<Call>,
+        patience: &mut Patience,
+    ) -> Result<Simulation> {
         let mut setup = self.setup()?;
         let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
         for force in &mut setup.forces {
@@ -220,8 +240,11 @@ impl Contents {
             let expected = format!("{}, as of bodies", frame.layout.bodies);
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
+        self.start.check()?;
         let (time, high, low) = self.now.place();
-        let mut motion = Motion::new(system.dynamics(&frame, &mut Patience::endless())?, high);
+        let State { time: now, position, velocity, attitude, spin } = frame.state(time, high, low);
+        State::new(now, position, velocity, attitude, spin)?;
+        let mut motion = Motion::new(system.dynamics(&frame, patience)?, high);
         motion.initial = self.start.scales;
         let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
@@ -232,7 +255,7 @@ impl Contents {
             start: Invariants::from_numbers(self.start.conserved),
             notes: self.notes,
         };
-        simulation.go_back(&self.now)?;
+        simulation.go_back(&self.now, patience)?;
         Ok(simulation)
     }
 }

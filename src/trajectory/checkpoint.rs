@@ -1,12 +1,19 @@
 //! What decides how a simulation goes on.
 
 use super::Simulation;
-use crate::dynamics::Layout;
+use crate::dynamics::{AttitudeChart, Layout};
 use crate::environment::Switch;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require_finite, require_positive};
 use crate::integrate::Memory;
 use crate::mutual::RuleMemory;
+use crate::patience::Patience;
 use serde::{Deserialize, Serialize};
+
+/// Counts that are whole numbers in every language.
+const MOST: u64 = 1 << 53;
+
+/// How far a quaternion's length may be from one: steps bring it back to far less.
+const UNIT: f64 = 1e-9;
 
 /// All that steps change in a simulation: two of one system and integrator that agree in it go on equally, bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,8 +36,52 @@ impl Checkpoint {
         (self.memory.time[0], &self.memory.high, &self.memory.low)
     }
 
-    /// Refuses vectors of other lengths than a layout's.
+    /// Refuses what no simulation of a layout comes to.
     pub fn check(&self, layout: Layout) -> Result<()> {
+        self.check_lengths(layout)?;
+        let memory = &self.memory;
+        let [time, time_low] = memory.time;
+        require_finite("time of a simulation", &memory.time)?;
+        require_finite("vector of a simulation", &memory.high)?;
+        for (high, low) in memory.high.iter().zip(&memory.low).chain([(&time, &time_low)]) {
+            // Of a low part that is no number this says the same.
+            if high + low != *high {
+                let value = format!("{low:e} beside {high:e}");
+                return Err(Error::invalid("low part of a simulation", value, "less than its rounding"));
+            }
+        }
+        require_finite("next step of a simulation", &[memory.next])?;
+        require_positive("last error of a simulation", memory.previous_error)?;
+        let counts = memory.statistics;
+        if [counts.steps, counts.rejected, counts.evaluations].iter().any(|count| *count > MOST) {
+            return Err(Error::invalid(
+                "counts of a simulation",
+                format!("{counts:?}"),
+                format!("{MOST} at most"),
+            ));
+        }
+        self.loads.iter().flatten().try_for_each(|load| require_finite("loads of a simulation", load))?;
+        for rule in self.rules.iter().flatten() {
+            if !(rule.valid_from >= 0.0 && rule.valid_from.is_finite()) {
+                return Err(Error::invalid(
+                    "least separation of a rule",
+                    rule.valid_from,
+                    "a finite number from 0 on",
+                ));
+            }
+        }
+        for body in 0..layout.bodies {
+            let a = layout.attitude(body);
+            let square: f64 = memory.high[a..a + layout.chart.width()].iter().map(|q| q * q).sum();
+            if layout.chart == AttitudeChart::Quaternion && (square - 1.0).abs() > UNIT {
+                let what = format!("square of the length of the quaternion of body {body}");
+                return Err(Error::invalid(what, square, "1"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_lengths(&self, layout: Layout) -> Result<()> {
         let dimension = layout.dimension();
         let lengths = (self.memory.high.len(), self.memory.low.len());
         let loads = self.loads.as_ref().map_or(layout.bodies, Vec::len);
@@ -51,10 +102,10 @@ impl Simulation {
     }
 
     /// Goes on from a checkpoint of this system and integrator.
-    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint, patience: &mut Patience) -> Result<()> {
         let Checkpoint { memory, loads, rules, switches, given } = checkpoint;
         checkpoint.check(self.frame().layout)?;
-        self.motion.equations.recall(rules, switches)?;
+        self.motion.equations.recall(rules, switches, patience)?;
         self.mover.recall(memory, loads.as_deref());
         self.given = *given;
         Ok(())

@@ -20,7 +20,7 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Of no length yet, at a state.
+    /// A solution of no length yet, at a state.
     pub(super) fn new(frame: &BarycentricFrame, state: State) -> Self {
         Self { frame: *frame, segments: Vec::new(), start: state.time, end: state.time, last: state }
     }

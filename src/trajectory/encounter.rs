@@ -39,11 +39,11 @@ pub(super) struct Encounter<'a> {
     balance: f64,
 }
 
-/// What is known of an interval.
+/// What a look at an interval shows.
 enum Verdict {
-    /// No overlap in it.
+    /// There is no overlap in it.
     Clear,
-    /// None in its middle.
+    /// There is none in its middle.
     Apart,
     Unknown,
 }

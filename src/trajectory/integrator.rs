@@ -41,9 +41,9 @@ pub enum Integrator {
 
 /// How an integrator makes its steps.
 pub(super) enum Steps {
-    /// By a Runge-Kutta pair, their size controlled by a tolerance.
+    /// Steps of a Runge-Kutta pair, whose size a tolerance controls.
     Controlled(&'static Tableau, Tolerance),
-    /// By a composition of the flows of two parts, of one size.
+    /// Steps of one size, by a composition of the flows of two parts.
     Fixed(&'static Composition, Parts, f64),
 }
 

@@ -24,6 +24,17 @@ impl Motion {
         let approach = Approach::new(equations.system());
         Self { equations, present: initial.clone(), initial, approach }
     }
+
+    /// The same for a second integration, without the rules in force. A copy that can be interrupted.
+    pub fn again(&self, patience: &mut Patience) -> Result<Self> {
+        let system = self.equations.system();
+        Ok(Self {
+            equations: system.dynamics(self.equations.frame(), patience)?,
+            initial: self.initial.clone(),
+            present: self.present.clone(),
+            approach: Approach::new(system),
+        })
+    }
 }
 
 impl Equations for Motion {
@@ -50,7 +61,15 @@ impl Equations for Motion {
         y: &[f64],
         rate: &mut [f64],
     ) -> std::result::Result<(), Refusal> {
-        self.equations.derivative(part, time, y, rate)
+        Ok(self.equations.derivative(part, time, y, rate)?)
+    }
+
+    fn dependent(&self, _dimension: usize) -> usize {
+        self.equations.layout().dependent()
+    }
+
+    fn quadratures(&mut self, rate: &mut [f64]) {
+        self.equations.quadratures(rate);
     }
 
     /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths

@@ -11,7 +11,7 @@ use crate::patience::Patience;
 /// Tolerance of the integration that fills in the time between the ends of a fixed step.
 const BRIDGE_TOLERANCE: f64 = 1e-12;
 
-/// Most steps of such a run: more would take memory by the gigabyte.
+/// The most steps of such a run; more would take gigabytes of memory.
 const MOST_PIECES: usize = 4096;
 
 #[derive(Debug, Clone)]
@@ -107,7 +107,7 @@ impl Mover {
         }
     }
 
-    /// One step towards `end`. A step that bodies in each other's way keep from being taken is left to [`Self::contact`].
+    /// One step towards `end`. A step that cannot be taken because bodies meet in it is left to [`Self::contact`].
     pub fn step(&mut self, motion: &mut Motion, end: f64, patience: &mut Patience) -> Result<()> {
         match self {
             Self::Adaptive(stepper) => stepper.step(motion, end, patience),
@@ -143,19 +143,15 @@ impl Mover {
         let layout = motion.equations.layout();
         match self {
             Self::Adaptive(stepper) => {
-                if !looked
-                    && motion.approach.excludes(motion.equations.system().arch(), layout, &stepper.last())
-                {
+                let arch = motion.equations.system().arch();
+                if !looked && motion.approach.excludes(arch, layout, &stepper.last(), patience)? {
                     return Ok(None);
                 }
                 let piece = stepper.segment(motion, patience)?;
                 motion.approach.search(layout, piece, 0, patience)
             }
             Self::Fixed(fixed) => {
-                let ((_, start, _), (end, _)) = (fixed.stepper.last(), fixed.stepper.vector());
-                let size = fixed.stepper.last_size();
-                let excluded = !fixed.blocked && motion.approach.excludes_between(layout, start, end, size);
-                if !fixed.formed && (looked || !excluded) {
+                if !fixed.formed && (looked || !fixed.excludes(motion, patience)?) {
                     fixed.form(motion, patience)?;
                 }
                 Ok(fixed.met)
@@ -184,8 +180,8 @@ impl Mover {
         }
     }
 
-    /// Takes a step back whose inside cannot be had for this error, and plans it shorter; gives the error back where that does not
-    /// help.
+    /// Takes back a step whose inside cannot be computed because of this error, and plans it shorter. Returns the error
+    /// where that does not help.
     pub fn shorten(&mut self, error: Error) -> Result<()> {
         match (self, error) {
             (Self::Adaptive(stepper), Error::StepSizeTooSmall { reason, .. }) => stepper.shorten(&reason),
@@ -231,6 +227,13 @@ impl Mover {
 }
 
 impl Fixed {
+    /// Whether no two bodies can have met in the last step, by its ends alone.
+    fn excludes(&self, motion: &mut Motion, patience: &mut Patience) -> Result<bool> {
+        let ((time, start, _), (end, _)) = (self.stepper.last(), self.stepper.vector());
+        let (layout, size) = (motion.equations.layout(), self.stepper.last_size());
+        motion.approach.excludes_between(layout, time.value(), [start, end], size, patience)
+    }
+
     /// The pieces of the last step. What the run across it misses of its end is spread over it, in proportion to the time: the error
     /// inside is then that of the step itself. Where bodies meet on the way the pieces end.
     fn form(&mut self, motion: &mut Motion, patience: &mut Patience) -> Result<()> {
@@ -263,11 +266,11 @@ impl Fixed {
             None => {
                 let tolerance = Tolerance::new(BRIDGE_TOLERANCE, BRIDGE_TOLERANCE)?;
                 let stepper = Stepper::new(&VERNER98, tolerance, start.value(), high.to_vec(), low.to_vec());
-                self.bridge.insert(Bridge { motion: motion.clone(), stepper })
+                self.bridge.insert(Bridge { motion: motion.again(patience)?, stepper })
             }
         };
         let size = (end - start.high) - start.low;
-        bridge.motion.equations.copy_rules(&motion.equations);
+        bridge.motion.equations.copy_rules(&motion.equations, patience)?;
         // One piece is enough for most steps, and its error shortens the others.
         bridge.stepper.restart(start, high, low, size);
         let evaluations = bridge.stepper.statistics().evaluations;

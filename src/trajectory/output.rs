@@ -84,7 +84,7 @@ impl<'a> Times<'a> {
         (if forward { time < now } else { time > now }).then_some(time)
     }
 
-    /// The same, taken off.
+    /// The same; it is then no longer to be recorded.
     pub fn before(&mut self, now: f64) -> Option<f64> {
         let time = self.pending(now)?;
         self.skip();

@@ -22,7 +22,7 @@ pub enum StopReason {
 pub struct Trajectory {
     /// Number of bodies.
     pub bodies: usize,
-    /// What is conserved, at the start of the first run into this record.
+    /// The conserved quantities at the start of the first run into this record.
     pub start: Option<Invariants>,
     /// Times (K,).
     pub time: Vec<f64>,

@@ -28,11 +28,11 @@ pub struct Progress {
     pub end: f64,
 }
 
-/// What is asked of a run.
+/// The options of a run.
 pub struct Run<'a, 'f> {
     /// When samples are recorded.
     pub output: &'a Output,
-    /// What is watched for.
+    /// The events that are watched for.
     pub events: &'a mut [Event<'f>],
     /// Whether the continuous solution is kept.
     pub dense: bool,
@@ -49,7 +49,7 @@ pub struct Simulation {
     /// What a caller wants kept with the simulation and its archives, as text of any kind: names of units and the like. No number
     /// that the simulation works with belongs here.
     pub notes: String,
-    /// What is conserved, at the start.
+    /// The conserved quantities at the start.
     pub(super) start: Invariants,
 }
 
@@ -59,7 +59,7 @@ impl Simulation {
         Self::begin(system, state, integrator, &mut Patience::endless())
     }
 
-    /// The same for a caller who may not want to wait: systems of very many bodies take seconds.
+    /// The same with a hook that may interrupt it: systems of very many bodies take seconds.
     pub fn begin(
         system: &System,
         state: &State,
@@ -71,7 +71,7 @@ impl Simulation {
         let mut motion = Motion::new(system.dynamics(&frame, patience)?, &high);
         motion.equations.check_outside(state.time, state.time, &high)?;
         motion.prepare(state.time, &high, 0.0, patience)?;
-        // What overflows is refused here: no step could be measured against it.
+        // Scales that overflow are refused here, since no step could be measured against them.
         let energy = motion.equations.energy(state.time, &high, &state.velocity, patience)?;
         system.check_range(&energy)?;
         let angular_momentum = motion.equations.angular_momentum(state.time, &high);
@@ -113,12 +113,12 @@ impl Simulation {
         self.motion.equations.frame()
     }
 
-    /// What is conserved, at the state that the simulation began with or was last set to.
+    /// The conserved quantities at the state that the simulation began with or was last set to.
     pub fn start(&self) -> Invariants {
         self.start
     }
 
-    /// What is conserved, at the present state.
+    /// The conserved quantities at the present state.
     pub fn invariants(&mut self, patience: &mut Patience) -> Result<Invariants> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
@@ -283,7 +283,7 @@ impl Simulation {
                     Err(error) => {
                         // The step is taken back with all that was found in it: a run that goes on misses nothing.
                         record.events.truncate(known);
-                        self.go_back(&before)?;
+                        self.go_back(&before, &mut Patience::endless())?;
                         return Err(error);
                     }
                 };

@@ -1,9 +1,14 @@
 """Settings of the whole suite, with property tests that draw the same examples everywhere; and costly fixtures."""
 
 import json
+import os
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# Workers share the cores: threads of each one's linear algebra would wait for each other.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile(
     "suite", derandomize=True, deadline=None, max_examples=25, suppress_health_check=[HealthCheck.too_slow]

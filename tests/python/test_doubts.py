@@ -197,12 +197,14 @@ def test_heavy_bodies_far_away(distance, digits):
     step = 2.0 ** (np.floor(np.log2(far)) - 52)
     assert f"round at {step:.2g}, {step / 2.5:.2g} of their distance" in text
     assert "steps grow ever shorter" in text
-    assert f"give rtol and atol of {digits} or more" in text
+    assert f"rtol and atol of {digits} or more" in text
+    assert "or body 2 as a fullbody.forces.ThirdBody on a prescribed path" in text
     # Whoever does is told nothing more; steps of a fixed size are not adapted, but lose as much.
     tolerance = float(digits)
     assert doubts(lambda: fullbody.Simulation(system, state, fullbody.Verner98(tolerance, tolerance))) == []
     (text,) = doubts(lambda: fullbody.Simulation(system, state, fullbody.SymplecticSplitting(0.1)))
     assert "Every step loses that much" in text
+    assert text.endswith("or body 2 as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits")
     # Nearer, or light: the barycentre stays with the pair.
     assert doubts(lambda: fullbody.Simulation(*pair_and_sun(0.95e3 * 2.5, 1e18))) == []
     assert doubts(lambda: fullbody.Simulation(*pair_and_sun(far, 1e-6 / distance))) == []
@@ -223,6 +225,28 @@ def test_the_advice_for_a_heavy_body_far_away_holds():
     alone = points(0.9, 0.1), State(state.position[:2], state.velocity[:2])
     assert steps(system, state, advised) < 2 * steps(*alone, advised)
     assert steps(system, state, advised / 1000) > 4 * steps(*alone, advised / 1000)
+
+
+def test_the_advised_third_body_moves_the_pair_as_the_body_does():
+    """No warning, steps as without it, and the same relative motion: bodies at a tolerance where that still works."""
+    from fullbody.forces import ThirdBody
+
+    system, state = pair_and_sun(2.5e4, 1e11)
+    pair, start = points(0.9, 0.1), State(state.position[:2], state.velocity[:2])
+    shares = np.array([0.9, 0.1])
+    at, moving = (array[2] - shares @ array[:2] for array in (state.position, state.velocity))
+    orbit = KeplerElements.from_cartesian(-at, -moving, 1e11 + 1.0)
+    third = pair.with_forces([ThirdBody(mass=1e11, orbit=orbit, of="system", name="Sun")])
+    assert doubts(lambda: fullbody.Simulation(third, start)) == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InconsistentInput)
+        heavy = system.integrate(state, 20.0, output=[20.0], integrator=fullbody.Verner98(1e-10, 1e-10))
+    light = third.integrate(start, 20.0, output=[20.0])
+    alone = pair.integrate(start, 20.0, output=[20.0])
+    expected, found, without = (run.position[-1, 1] - run.position[-1, 0] for run in (heavy, light, alone))
+    assert np.linalg.norm(expected - without) > 1e-4
+    assert np.linalg.norm(found - expected) < 1e-4 * np.linalg.norm(expected - without)
+    assert light.statistics.steps < 1.5 * alone.statistics.steps
 
 
 def test_binaries_that_are_too_wide():

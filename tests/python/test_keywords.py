@@ -4,7 +4,7 @@ import inspect
 
 import fullbody
 import pytest
-from fullbody import InvalidInput, KeplerElements, State, events, frames, observables, plots, systems, view
+from fullbody import InvalidInput, KeplerElements, State, events, forces, frames, observables, plots, systems, view
 from support import points
 
 #: Made by the package alone, or without options.
@@ -14,6 +14,7 @@ RESULTS = {
         fullbody.Energy,
         fullbody.Interactions,
         fullbody.Invariants,
+        fullbody.Loads,
         fullbody.Samples,
         fullbody.Statistics,
         fullbody.Track,
@@ -32,7 +33,7 @@ RESULTS = {
     ),
     *(events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
 }
-MODULES = (fullbody, events, frames, observables, plots, systems, view)
+MODULES = (fullbody, events, forces, frames, observables, plots, systems, view)
 
 
 def public():

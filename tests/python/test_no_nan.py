@@ -3,7 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 #: Garbage is doubtful as well.
@@ -182,7 +182,12 @@ def test_field_of_a_body(a, b, c, mass, G, point, density):
 )
 @settings(max_examples=60)
 def test_until_and_output(until, output):
-    """Long but lawful runs are left out by the filter and by a progress callback that stops them."""
+    """Long but lawful runs are left out by the filter, and by a progress callback that stops them between steps.
+
+    Those of more samples in a step than a second takes are left out too, but for what no computer holds.
+    """
+    if isinstance(output, float) and output > 0:
+        assume(not 1e5 < abs(until) / output < 1e8)
     system, state = fullbody.systems.case1()
 
     class Enough(fullbody.FullbodyError):

@@ -8,9 +8,9 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import events, frames, observables, systems
+from fullbody import events, forces, frames, observables, systems
 
-MODULES = (fullbody, events, frames, observables, systems)
+MODULES = (fullbody, events, forces, frames, observables, systems)
 TOML = """
 [system]
 units = ["km", "hour", "kg"]
@@ -52,7 +52,20 @@ def made(units=False):
         events.PlaneCrossing(1, normal=np.array([1.0, 2.0, 3.0])),
         events.Escape(0, 1, 100.0 * km),
         events.Alignment(1, 0),
+        events.ClosestApproach("Sun"),
         events.Function(np.linalg.norm),
+    )
+    times = np.linspace(0.0, 10.0, 5)
+    outside = (
+        forces.Force(),
+        forces.ThirdBody(mass=3.0 * kg, orbit=fullbody.KeplerElements(9.0 * km, 0, 0, 0, 0, 0), of="body", name="Moon"),
+        forces.ThirdBody(
+            mu=3.0 * km**3 / hour**2, times=times * hour, positions=np.outer(times, [1, 2, 3]) * km, of="system"
+        ),
+        forces.Tide("Alpha", "Beta", k2=0.1, lag=0.2 * hour),
+        forces.Yorp("Alpha", along=1.0 * kg * km**2 / hour**2),
+        forces.Byorp("Beta", "Alpha", 1.0 * kg * km / hour**2),
+        forces.Function(np.linalg.norm),
     )
     shapes = (fullbody.Sphere(1.5 * km), fullbody.Ellipsoid(3 * km, 2 * km, 1 * km), fullbody.PointMass())
     return (
@@ -63,6 +76,9 @@ def made(units=False):
         fullbody.Component(diameter=2 * km, mass=3 * kg, name="Alpha"),
         *integrators,
         *watched,
+        *outside,
+        system.with_forces(outside[3:6]).loads(state)["tide on Alpha"],
+        system.with_forces(outside[3:6]),
         run.events[0],
         system,
         system.with_options(gravity="surface", order=(8, 16), attitude_chart="tait_bryan", vector_path="portable"),
@@ -210,6 +226,7 @@ def test_errors_pickle(name):
         "BodiesOverlap": (("Alpha", "Beta"), 3.0),
         "StepSizeTooSmall": (3.0, 1e-9),
         "ChartSingularity": ("Alpha", 3.0),
+        "ForceFailed": ("Sun", 3.0),
     }
     error = kind("what is wrong", *more.get(name, ()))
     twin = pickle.loads(pickle.dumps(error))

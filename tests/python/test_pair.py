@@ -7,7 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Component, binary
-from fullbody.setups import mean_orbit
+from fullbody.setups import mean_period
 
 INF = float("inf")
 NAN = float("nan")
@@ -427,7 +427,7 @@ def test_bodies_that_meet_in_the_later_revolutions():
     long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
     pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "semi_major_axis": 1.85, "synchronous": False}
     start = binary(ball, long, **pair, mismatch_warning=INF)
-    said = mean_orbit._passing(*start, 2 * np.pi * 1.85**1.5, 16)
+    said = mean_period.doubt_of_later(*start, 2 * np.pi * 1.85**1.5, 16)
     assert said.startswith(
         "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
     )

@@ -8,8 +8,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[2] / "python" / "fullbody"
 #: In the direction in which data flows; the extension module lies above all of them.
 ROOMS = (
-    "typing errors base model frames orbit forces events record files observables plots view motion peers setups systems"
-    " commands"
+    "typing errors base model frames orbit forces events record files observables plots view motion peers setups"
+    " systems commands"
 )
 
 
@@ -111,3 +111,12 @@ def test_rust_rooms_use_only_those_above_them():
 def test_no_rust_files_use_each_other():
     # A circle is an error that names its files.
     TopologicalSorter(rust_imports()).prepare()
+
+
+def test_files_that_the_documentation_names_exist():
+    root = SRC.parent
+    pages = [*root.glob("*.md"), *root.glob("docs/**/*.md"), *root.glob("fuzz/*.md")]
+    named = re.compile(r"\b(?:src|python|reproduction|tests|benches|docs|fuzz)/[\w/.-]+\.(?:rs|py|md)\b")
+    missing = {(page.name, name) for page in pages for name in named.findall(page.read_text())}
+    missing = {(page, name) for page, name in missing if not (root / name).exists()}
+    assert not missing, missing

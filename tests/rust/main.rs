@@ -1,5 +1,7 @@
 //! The Rust tests, one binary. Expected values come from elsewhere than the code.
 mod contact;
+mod doors;
+mod dynamics;
 mod environment;
 mod gravity;
 mod integrators;

@@ -1,1 +1,1 @@
-"""What everything stands on: units, arguments, values that compare, tables, whole files, dates, the version."""
+"""The base of all other rooms: units, arguments, values that compare, tables, whole files, dates, the version."""

@@ -20,9 +20,9 @@ from .units import Units, gathered, is_quantity, numbers, refuse_masked, strip_t
 _T = TypeVar("_T")
 
 _TOLERANCE = "integrator=fullbody.Verner98({}=...)"
-#: Words of other programs, and earlier ones of this, with what stands for them here: a name, then perhaps how to give
-#: it. Of several the first counts that the function at hand has.
-_MEANT: dict[str, tuple[str, ...]] = {
+#: Names that other programs and earlier versions use, each with those that it may mean here, perhaps with how to give
+#: them. The first one that the function at hand has is suggested.
+_SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("primary", "i"), ("about", "i")),
     **dict.fromkeys(("secondary", "j"), ("body", "j")),
     "body": ("i",),
@@ -58,7 +58,7 @@ _MEANT: dict[str, tuple[str, ...]] = {
 
 
 def integer(value: object) -> int | None:
-    """A whole number of Python or numpy, or ``None``."""
+    """The value as an ``int`` if it is a whole number of Python or numpy, else ``None``."""
     try:
         return None if isinstance(value, bool | np.ma.MaskedArray) else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -89,15 +89,16 @@ def name_of(value: object) -> str | None:
 
 
 def positive(value: Any, unit: str, what: str) -> Any:
-    """A finite number or Quantity above zero, of a unit like this one where it has any."""
+    """A finite number above zero, or a Quantity that is one and converts to this unit."""
     refuse_masked(value, what)
+    expected = "expected a finite number above zero"
     try:
         value = gathered(value, what)
         number = np.asarray(getattr(value, "value", value))
-        if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-            raise InvalidInput(f"{what} is {value!r}; expected")
     except ValueError as error:
-        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero") from error
+        raise InvalidInput(f"{what} is {value!r}; {expected}") from error
+    if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
+        raise InvalidInput(f"{what} is {value!r}; {expected}")
     if is_quantity(value):
         from astropy import units as u
 
@@ -139,8 +140,8 @@ def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float
 def doubt_radians(value: Any, what: str) -> None:
     """Warn of angles in plain numbers that look like degrees: two turns to 3600, with six decimals at most.
 
-    Sums and differences of two angles within a turn stay below two. What a program has computed may be beyond them, an
-    integrated rotation or a mean anomaly, but has all its digits.
+    Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
+    an integrated rotation or a mean anomaly, may be larger, but it has all its digits.
     """
     value = gathered(value, what, "angle")
     if is_quantity(value):
@@ -155,7 +156,7 @@ def doubt_radians(value: Any, what: str) -> None:
         )
 
 
-def pole(value: Any, what: str) -> tuple[float, float]:
+def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
     """The longitude and latitude of a direction, radians."""
     expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
     try:
@@ -171,19 +172,19 @@ def pole(value: Any, what: str) -> tuple[float, float]:
 
 
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
-    """What a name that is none of the known ones may have meant, and what there is."""
+    """A sentence for a name that is not known: the known one that it may mean, and the list of all."""
     known = list(known)
-    close = _meant(name, known) or difflib.get_close_matches(name, known, 1)
+    close = _synonyms(name, known) or difflib.get_close_matches(name, known, 1)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
 
 
-def _meant(name: str, known: Iterable[str]) -> list[str]:
-    """What stands for another program's word, or an earlier one of this, and is known."""
-    return [right for right in _MEANT.get(name, ()) if re.split(r"\W", right)[0] in known]
+def _synonyms(name: str, known: Iterable[str]) -> list[str]:
+    """The known names that another program's name, or one of an earlier version, may mean."""
+    return [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
-    """An error for the first name that is none of the known ones."""
+    """Raise an error for the first name that is not known."""
     known = list(known)
     for name in given:
         if name not in known:
@@ -191,41 +192,43 @@ def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> No
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:
-    """The names of a function's arguments of its own."""
+    """The names of a function's own arguments."""
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     parameters = inspect.signature(function).parameters.items()
     return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]
 
 
 def named_options(target: _T) -> _T:
-    """Have a function, or a class and its public methods, answer unknown keywords with an error that knows better.
+    """Make a function, or a class and its public methods, refuse unknown keywords with an error that suggests known
+    ones.
 
-    In place of Python's TypeError. A function that passes keywords on refuses only those that mean one of its own.
+    The error replaces Python's TypeError. A function that passes keywords on refuses only those that mean an argument
+    of its own.
     """
     if not isinstance(target, type):
         function: Any = target
-        return cast(_T, _answering(function, function.__name__))
-    # What is inherited answers in the name of the class that is asked.
+        return cast(_T, _suggesting(function, function.__name__))
+    # Errors of an inherited method name the class that it is called on.
     members = {name: member for base in reversed(target.__mro__[:-1]) for name, member in vars(base).items()}
     for name, method in members.items():
         owner = target.__name__ if name == "__init__" else f"{target.__name__}.{name}"
         if name.startswith("_") and name not in ("__init__", "__call__"):
             continue
         if inspect.isfunction(method):
-            setattr(target, name, _answering(method, owner))
+            setattr(target, name, _suggesting(method, owner))
         elif isinstance(method, classmethod | staticmethod):
-            setattr(target, name, type(method)(_answering(method.__func__, owner)))
+            setattr(target, name, type(method)(_suggesting(method.__func__, owner)))
     return target
 
 
-def _answering(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
+def _suggesting(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
     known = options_of(function)
     passes_on = any(p.kind is p.VAR_KEYWORD for p in inspect.signature(function).parameters.values())
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         unknown = [name for name in kwargs if name not in known]
-        refuse_unknown([name for name in unknown if not passes_on or _meant(name, known)], known, owner)
+        refuse_unknown([name for name in unknown if not passes_on or _synonyms(name, known)], known, owner)
         return function(*args, **kwargs)
 
     call.__qualname__ = f"{owner}.__init__" if function.__name__ == "__init__" else owner

@@ -15,7 +15,7 @@ from ..errors import InvalidInput
 
 __all__ = ["as_path", "check_place", "check_suffix", "content", "replacing"]
 
-#: What systems answer that cannot flush a file of this kind, or cannot open a folder.
+#: Errors of systems that cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
 
 
@@ -38,18 +38,18 @@ def content(path: Any) -> bytes:
 
 
 def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
-    """Refuse a name that ends otherwise."""
+    """Refuse a name that ends in none of these."""
     if as_path(path).suffix.lower() not in suffixes:
         raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(suffixes)}")
 
 
 def check_place(path: Any) -> None:
-    """Refuse a path that :func:`replacing` could not write; for asking before the work.
+    """Refuse a path that :func:`replacing` could not write, before work is done in vain.
 
     Raises
     ------
     OSError
-        Of the fitting kind, with the path.
+        The one that :func:`replacing` would raise, with the path.
     """
     with suppress(_Untouched), replacing(path):
         raise _Untouched
@@ -93,8 +93,8 @@ def replacing(path: Any) -> Iterator[Path]:
     mark = uuid.uuid4().hex
     temporary = target.with_name(f".{target.stem[:12]}.{mark}.part{target.suffix[:12]}")
     try:
-        # Made at once, since the block may work for long before it writes. What replaces a private file is private
-        # from its first byte on.
+        # The file is made at once, since the block may work for long before it writes. One that replaces a private file
+        # is private from its first byte on.
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666 if old is None else 0o600))
         yield temporary
         _flush(temporary)
@@ -115,7 +115,7 @@ def replacing(path: Any) -> Iterator[Path]:
 
 
 def _present(path: Path) -> os.stat_result | None:
-    """What the system knows of the file that is to be replaced; an error where that may not be."""
+    """The status of the file that is to be replaced, if there is one; an error if it must not be replaced."""
     try:
         found = path.stat()
     except FileNotFoundError:
@@ -142,7 +142,7 @@ def _take_over(temporary: Path, old: os.stat_result) -> None:
     """Give a file the owner and permissions of another."""
     new = temporary.stat()
     if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
-        # Allowed to few.
+        # Most users may not do this.
         with suppress(OSError):
             os.chown(temporary, old.st_uid, old.st_gid)
     os.chmod(temporary, stat.S_IMODE(old.st_mode))
@@ -162,7 +162,9 @@ def _flush(path: Path) -> None:
 
 
 def _about(error: OSError, path: Path, mark: str) -> OSError:
-    """The error about the wanted path, where it is about the temporary file, whose name carries the mark."""
+    """An error about the temporary file, whose name carries the mark, as one about the wanted path; others
+    unchanged.
+    """
     nameless = error.filename is None and error.errno is not None
     if mark not in str(error) and not nameless:
         return error

@@ -23,7 +23,7 @@ def turn(axis: int, angle: float) -> _Array:
 def about(axis: Any, angle: float) -> _Array:
     """The quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
     way = np.asarray(axis, dtype=np.float64)
-    # Its largest component first: of one near the limits of floats the squares are none.
+    # It is scaled by its largest component first: squares of numbers near the limits of floats overflow or vanish.
     way = way / np.abs(way).max()
     return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
 
@@ -53,7 +53,7 @@ def matrices(quaternions: Any) -> _Array:
 def is_rotation(matrix: Any, tolerance: float = 1e-9) -> bool:
     """Whether a matrix (3, 3) is orthogonal with determinant one."""
     m = np.asarray(matrix, dtype=np.float64)
-    # Of a rotation no entry is above one; the squares of others may overflow.
+    # A rotation has no entry above one, and the squares of very large ones would overflow.
     if not np.abs(m).max() <= 1.0 + tolerance:
         return False
     return bool(np.abs(m @ m.T - np.eye(3)).max() <= tolerance and np.linalg.det(m) > 0.0)

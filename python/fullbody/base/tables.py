@@ -52,7 +52,7 @@ def to_text(*tables: Table) -> str:
 
 
 class Tabled:
-    """Base of what shows itself in Jupyter as tables."""
+    """Base of the classes that Jupyter shows as tables."""
 
     __slots__ = ()
 

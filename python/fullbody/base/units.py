@@ -35,6 +35,8 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "angular momentum": (2, -1, 1, 0),
     "potential": (2, -2, 0, 0),
     "acceleration": (1, -2, 0, 0),
+    "angular acceleration": (0, -2, 0, 1),
+    "pressure": (-1, -2, 1, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
 }
@@ -49,6 +51,10 @@ _EXAMPLES = {
     "velocity": "m/s",
     "spin": "rad/h",
     "angle": "deg",
+    "force": "N",
+    "torque": "N m",
+    "angular acceleration": "rad/day2",
+    "pressure": "Pa",
     "G": "m3/(kg s2)",
     "mu": "km3/s2",
 }
@@ -80,13 +86,13 @@ _WORDS = {
 
 
 def _read(text: str) -> Any:
-    """The Quantity of a text with a unit as people write it."""
+    """The Quantity of a text with a unit, which may be spelt as in plain English."""
     from astropy import units as u
 
     try:
         return u.Quantity(text)
     except (TypeError, ValueError):
-        # A list of words for this call alone, which takes half a millisecond.
+        # The aliases hold for this call alone. To enable them takes half a millisecond.
         with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
             return u.Quantity(text)
 
@@ -124,7 +130,7 @@ def _has_text(value: Any) -> bool:
 
 
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:
-    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; anything else unchanged.
+    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; any other value unchanged.
 
     A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
     has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.
@@ -149,14 +155,14 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
 
 
 def _bare(value: Any) -> Any:
-    """The Quantity in a column of a table, of which numpy would drop the unit; the array under an empty mask."""
+    """The Quantity of a table's column, whose unit numpy would drop, or the array under an empty mask."""
     if getattr(value, "unit", None) is not None and hasattr(value, "quantity"):
         value = value.quantity
     return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)
 
 
 def refuse_masked(value: Any, what: str) -> None:
-    """Refuse what is masked, an array with masked values, or a list with some."""
+    """Refuse a masked value, and an array or a list that has some."""
     mask = getattr(value, "mask", None)
     if isinstance(value, list | tuple):
         masked = sum(part is np.ma.masked for part in value)
@@ -295,7 +301,7 @@ class Units:
         return value << self.unit(dimension)
 
     def attach_mu(self, value: float) -> Scalar:
-        """G times masses of a system, as a Quantity that knows the system's units as long as nothing is done to it."""
+        """G times masses of a system, as a Quantity that knows the system's units until it is computed with."""
         mu: Any = self.attach(value, "mu")
         if self.known:
             mu._units_of_system = self
@@ -311,12 +317,12 @@ class Units:
 
 
 def units_of(mu: Any) -> Units | None:
-    """The units of the system that a Quantity is the mu of, where it is one."""
+    """The units of the system whose mu this is; ``None`` for any other number or Quantity."""
     return getattr(mu, "_units_of_system", None)
 
 
 def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
-    """A unit, or an error that names the one that is none."""
+    """A unit, or an error that names the text that is not one."""
     try:
         return make(name)
     except (TypeError, ValueError, OverflowError) as error:
@@ -342,7 +348,7 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
     from astropy import units as u
 
     try:
-        # What overflows is infinite, and refused where that is.
+        # A value that overflows becomes infinite, which the callers refuse.
         with np.errstate(over="ignore"):
             return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
     except u.UnitConversionError as error:

@@ -1,4 +1,4 @@
-"""Equality of what holds arrays and units, and short texts of it."""
+"""Equality, hashes and short texts of values that may be arrays or have units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def brief(value: Any) -> str:
 
 
 def block(head: str, **parts: Any) -> str:
-    """Many lines: small arrays of vectors to six decimals of each one's largest component, a part a line."""
+    """Many lines, one for each part: vectors to six decimals of their largest component."""
     with np.printoptions(precision=6, suppress=False):
         rows = [f"  {label}={_rounded(value)!s}" for label, value in parts.items()]
     body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
@@ -33,7 +33,9 @@ def block(head: str, **parts: Any) -> str:
 
 
 def _rounded(value: Any) -> Any:
-    """Vectors to what is shown of them: round-off beside large components would be printed with all its zeros."""
+    """Vectors rounded to the digits that are shown; round-off beside large components would be printed with all its
+    zeros.
+    """
     if not np.ndim(value):
         return value
     plain = np.asarray(getattr(value, "value", value))
@@ -56,7 +58,7 @@ def same(first: Any, second: Any) -> bool:
     if is_quantity(first) != is_quantity(second):
         return False
     if isinstance(first, np.ndarray | float) or isinstance(second, np.ndarray | float):
-        # Numpy has no numbers of these to compare with.
+        # Numpy cannot compare numbers with these.
         if any(part is None or isinstance(part, str) for part in (first, second)):
             return first is second
         return bool(np.array_equal(first, second, equal_nan=True))
@@ -64,13 +66,15 @@ def same(first: Any, second: Any) -> bool:
 
 
 def hashed(value: Any) -> int:
-    """A hash of a scalar that is the same in all units: of a Quantity that of its dimension, for conversions round."""
+    """A hash of a scalar. It is the same in all units: conversions round, so a Quantity has the hash of its
+    dimension.
+    """
     if is_quantity(value):
         return hash(str(value.si.unit))
     return hash(value.item() if isinstance(value, np.ndarray) else value)
 
 
-class Alike:
+class ScalarFields:
     """Base of dataclasses (``eq=False``) of scalars with or without units: equal ones have equal hashes."""
 
     __slots__ = ()
@@ -85,7 +89,7 @@ class Alike:
         return hash((type(self), *map(hashed, self._parts())))
 
 
-class Record:
+class ArrayFields:
     """Base of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
 
     __slots__ = ()

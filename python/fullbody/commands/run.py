@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     setup = read_toml(arguments.file)
     out = setup.file if arguments.out is None else arguments.out
     rest = out.with_suffix(f".partial{out.suffix}")
-    # Whatever could refuse the result is checked before the work, not after it.
+    # Everything that could prevent the result from being written is checked before the work.
     for path, suffixes in ((out, SUFFIXES), (rest, SUFFIXES), (arguments.page, _PAGES)):
         if path is None:
             continue

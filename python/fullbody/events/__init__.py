@@ -20,7 +20,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import directions, integer, named_options, place
 from ..base.units import gathered, numbers, scalar
-from ..base.values import Alike
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Scalar
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Alignment",
     "Apoapsis",
+    "ClosestApproach",
     "Contact",
     "Escape",
     "Event",
@@ -44,7 +45,7 @@ __all__ = [
 
 @named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Event(Alike):
+class Event(ScalarFields):
     """Base of all events.
 
     Parameters
@@ -68,26 +69,26 @@ class Event(Alike):
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        """The condition as the core has it."""
+        """The condition for the core to watch."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
     def _watched(self, system: BaseSystem) -> tuple[_core.Condition, int, bool]:
-        """What the core is told."""
+        """The condition, the direction and whether the run stops there."""
         return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
 
 @dataclass(frozen=True, eq=False)
-class _OfPair(Event):
+class _TwoBodyEvent(Event):
     i: int | str = 0
     j: int | str = 1
 
-    def _pair(self, system: BaseSystem) -> tuple[int, int]:
+    def _places(self, system: BaseSystem) -> tuple[int, int]:
         return self._place(system, "i"), self._place(system, "j")
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
-class Separation(_OfPair):
+class Separation(_TwoBodyEvent):
     """The centres of bodies i and j are ``value`` apart.
 
     Parameters
@@ -112,12 +113,12 @@ class Separation(_OfPair):
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
         value = _length(self.value, system, "value of Separation")
-        return _core.Condition.Separation(*self._pair(system), value)
+        return _core.Condition.Separation(*self._places(system), value)
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
-class Contact(_OfPair):
+class Contact(_TwoBodyEvent):
     """The surfaces of bodies i and j touch, also where they only graze.
 
     Without it, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` at the time of the
@@ -146,12 +147,12 @@ class Contact(_OfPair):
     """
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        return _core.Condition.Contact(*self._pair(system))
+        return _core.Condition.Contact(*self._places(system))
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
-class Periapsis(_OfPair):
+class Periapsis(_TwoBodyEvent):
     """The centres of bodies i and j are nearest.
 
     Parameters
@@ -169,12 +170,12 @@ class Periapsis(_OfPair):
     """
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        return _core.Condition.Periapsis(*self._pair(system))
+        return _core.Condition.Periapsis(*self._places(system))
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
-class Apoapsis(_OfPair):
+class Apoapsis(_TwoBodyEvent):
     """The centres of bodies i and j are furthest apart.
 
     Parameters
@@ -184,7 +185,7 @@ class Apoapsis(_OfPair):
     """
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        return _core.Condition.Apoapsis(*self._pair(system))
+        return _core.Condition.Apoapsis(*self._places(system))
 
 
 @named_options
@@ -219,7 +220,7 @@ class PlaneCrossing(Event):
 
 @named_options
 @dataclass(frozen=True, eq=False)
-class Escape(_OfPair):
+class Escape(_TwoBodyEvent):
     """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
 
     Parameters
@@ -227,7 +228,7 @@ class Escape(_OfPair):
     i, j : int or str
     distance : float or Quantity
     direction : {-1, 0, 1}
-        1: the pair comes to be so; -1: it ceases to.
+        1: this becomes true; -1: it ceases to be.
     terminal : bool
     """
 
@@ -235,12 +236,12 @@ class Escape(_OfPair):
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
         distance = _length(self.distance, system, "distance of Escape")
-        return _core.Condition.Escape(*self._pair(system), distance)
+        return _core.Condition.Escape(*self._places(system), distance)
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
-class Alignment(_OfPair):
+class Alignment(_TwoBodyEvent):
     """The angle between body i's long axis and the line to body j is smallest.
 
     Parameters
@@ -250,7 +251,38 @@ class Alignment(_OfPair):
     """
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        return _core.Condition.Alignment(*self._pair(system))
+        return _core.Condition.Alignment(*self._places(system))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class ClosestApproach(Event):
+    """A third body is nearest to the system's barycentre.
+
+    Parameters
+    ----------
+    force : str
+        The name of a :class:`fullbody.forces.ThirdBody` of the system.
+    terminal : bool
+
+    Examples
+    --------
+    A planet passes on a hyperbola; its periapsis is at the time 0, and the pull moves the barycentre a little.
+
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> orbit = fullbody.KeplerElements(a=-500.0, e=1.5, i=0.2, Omega=0.0, omega=0.0, M=0.0)
+    >>> planet = fullbody.forces.ThirdBody(mu=1.0, orbit=orbit, of="body", name="Earth")
+    >>> approach = fullbody.events.ClosestApproach("Earth")
+    >>> run = system.with_forces([planet]).integrate(state.replace(time=-5.0), 5.0, events=[approach])
+    >>> [bool(abs(happened.time) < 1e-3) for happened in run.events]
+    [True]
+    """
+
+    force: str = ""
+
+    def _condition(self, system: BaseSystem) -> _core.Condition:
+        return _core.Condition.ClosestApproach(system._force(self.force, "force of ClosestApproach"))
 
 
 @named_options

@@ -17,7 +17,7 @@ from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput, UncheckedFile, caution
 from ..model.system import BaseSystem
-from ..record.base import BaseRun
+from ..record.base import STOP_REASONS, BaseRun
 from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from . import occurrences, seal
@@ -42,24 +42,35 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "energy": (("part",), "energy", "energies"),
     "angular_momentum": (("axis",), "angular momentum", "total angular momentum about the origin, inertial"),
 }
+#: The same of what each force from outside did, after the dimensions time and force; in runs that have some.
+_OF_FORCES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "work": ((), "energy", "work of each force from outside since the start of the run"),
+    "impulse": (("axis",), "momentum", "impulse of each force from outside since the start of the run, inertial"),
+    "angular_impulse": (
+        ("axis",),
+        "angular momentum",
+        "angular impulse of each force from outside since the start of the run, about the origin, inertial",
+    ),
+}
 _COORDINATES = {
     "axis": ["x", "y", "z"],
     "quaternion": ["w", "x", "y", "z"],
     "part": ["total", "translational", "rotational", "potential"],
 }
-#: What is conserved, at the start: numbers of it (see :mod:`fullbody._conserved`), dimensions, dimension of the unit.
+#: Conserved quantities at the start: places in the eight numbers (see :mod:`fullbody.record.conserved`), dimensions,
+#: dimension of the unit.
 _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_time": (0, (), "time"),
     "start_energy": (slice(1, 5), ("part",), "energy"),
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
-#: Format 1, of version 0.1.0, has no start.
-_FORMAT = 2
-#: Text that a run is rebuilt from; the numbers in it have no other protection than the checksum of all of it and of the
-#: start.
+#: Format 1, of version 0.1.0, has no start; format 2 has no forces from outside, and runs without any still have it.
+_FORMAT = 3
+#: Attributes of text that a run is rebuilt from. One checksum over all of them and the start protects the numbers in
+#: them.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
-#: What may have ended a run.
-_REASONS = ("end", "event", "interrupted", "unfinished", "unknown")
+#: Another of these, in runs with forces from outside.
+_SWITCHED_OFF = "fullbody_switched_off"
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -86,7 +97,11 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.system.names))
     coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
-    of_events, labels, asked = occurrences.to_dataset(run, attributes)
+    if forces := [force.name for force in run.system.forces]:
+        coordinates["force"] = ("force", forces, {"long_name": "forces from outside"})
+        for name, (dims, dimension, text) in _OF_FORCES.items():
+            variables[name] = (("time", "force", *dims), run._record[name], attributes(dimension, text))
+    of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
         variables | of_events,
@@ -94,18 +109,19 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         {
             "title": "fullbody run",
             "fullbody_version": version(),
-            "fullbody_format": 1 if run._start is None else _FORMAT,
+            "fullbody_format": 1 if run._start is None else _FORMAT if forces else 2,
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
-            "fullbody_events": asked,
+            "fullbody_events": watched,
             "stop_reason": run.stop_reason,
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
-        },
+        }
+        | ({_SWITCHED_OFF: json.dumps(run.switched_off)} if forces else {}),
     )
 
 
 def netcdf() -> Any:
-    """xarray, able to read and write NetCDF."""
+    """The package xarray, where it can read and write NetCDF."""
     with need("data", "a run as a file"):
         import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
@@ -143,6 +159,8 @@ def to_pandas(run: BaseRun) -> pandas.DataFrame:
 def save(run: BaseRun, path: Any) -> None:
     """Write a run; see :meth:`fullbody.Run.save`."""
     check_suffix(path, SUFFIXES)
+    if run.system.forces and run._start is None:
+        raise InvalidInput("this run has forces, but no start; expected a run that an integration made")
     netcdf()
     dataset = to_xarray(run)
     dataset.attrs["fullbody_checksum"] = _checksum(
@@ -152,7 +170,7 @@ def save(run: BaseRun, path: Any) -> None:
     numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
     encoding = {name: _protected(of) for name, of in numbers.items()}
     with replacing(path) as temporary:
-        # Through memory: where a disk is full, HDF5 itself would end the whole process.
+        # The file is made in memory first: on a full disk HDF5 itself would end the whole process.
         whole = BytesIO()
         dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
         whole.write(seal.seal(whole))
@@ -183,7 +201,7 @@ def load(path: Any, system: type[BaseSystem], run: type[_Run]) -> _Run:
 
 
 def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any], _Built]) -> _Built:
-    """What is built from the JSON of an attribute; its errors name the attribute."""
+    """The object that is built from an attribute's JSON; errors name the attribute."""
     text = stored.text(name, default)
     try:
         return build(json.loads(text))
@@ -194,12 +212,13 @@ def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any
     except KeyError as error:
         raise InvalidInput(f"attribute {name} has no entry {error}") from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Of whatever kind: the text may be any JSON.
+        # The errors are of many kinds, since the text may be any JSON.
         raise InvalidInput(f"attribute {name}: {error}") from error
 
 
 def _checksum(attributes: Mapping[str, Any], start: Sequence[npt.NDArray[np.float64]]) -> str:
     texts = [str(attributes.get(name)) for name in _TEXTS] + [str(values.tolist()) for values in start]
+    texts += [str(attributes[_SWITCHED_OFF])] if attributes.get(_SWITCHED_OFF) is not None else []
     whole = "\n".join(texts)
     return f"{zlib.crc32(whole.encode()):08x}"
 
@@ -219,7 +238,7 @@ def _format(stored: Stored) -> int:
 
 def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) -> _Run:
     """The run in a file."""
-    texts = {name: stored.attribute(name) for name in _TEXTS}
+    texts = {name: stored.attribute(name) for name in (*_TEXTS, _SWITCHED_OFF)}
     # Files of version 0.1.0 do not tell their start.
     start = []
     if _format(stored) > 1:
@@ -233,20 +252,26 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
         )
     system, integrator = _parsed(stored, "fullbody_setup", None, lambda setup: _restore(setup, system_type))
     counts = _parsed(stored, "fullbody_statistics", None, _statistics)
-    asked = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.asked_for(events, system))
+    watched = _parsed(stored, "fullbody_events", "[]", lambda events: occurrences.watched_events(events, system))
     record = {"time": stored.numbers("time", {"time": None})}
     sizes = {**{name: len(labels) for name, labels in _COORDINATES.items()}, "body": len(system)}
     sizes["time"] = len(record["time"])
     for name, (dims, _, _) in _VARIABLES.items():
         record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)})
+    if system.forces:
+        sizes["force"] = len(system.forces)
+        for name, (dims, _, _) in _OF_FORCES.items():
+            record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", "force", *dims)})
     check_order(record["time"], "time", repeated=False)
     check_unit(record["attitude"], "attitude")
     run = run_type(system, record, counts, integrator)
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
-    run.events = occurrences.from_file(stored, system, asked)
+    run.events = occurrences.from_file(stored, system, watched)
+    if system.forces:
+        run.switched_off = _parsed(stored, _SWITCHED_OFF, None, lambda counts: _switched_off(counts, system))
     run.stop_reason = stored.text("stop_reason", "unknown")
-    if run.stop_reason not in _REASONS:
-        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(_REASONS)}")
+    if run.stop_reason not in STOP_REASONS:
+        raise InvalidInput(f"attribute stop_reason is {run.stop_reason!r}; expected one of {', '.join(STOP_REASONS)}")
     return run
 
 
@@ -255,6 +280,14 @@ def _statistics(counts: list[Any]) -> Statistics:
     if len(counts) != 3 or len(numbers) != 3:
         raise InvalidInput(f"{counts!r} is no list of three counts")
     return Statistics(*numbers)
+
+
+def _switched_off(counts: dict[str, Any], system: BaseSystem) -> dict[str, int]:
+    names = [force.name for force in system.forces]
+    for name, count in counts.items():
+        if name not in names or (number := integer(count)) is None or not 0 <= number < 2**63:
+            raise InvalidInput(f"{name!r} has {count!r}; expected a force of the system and a count")
+    return counts
 
 
 def _restore(setup: dict[str, Any], system_type: type[BaseSystem]) -> tuple[BaseSystem, Integrator]:

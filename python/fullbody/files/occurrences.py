@@ -1,4 +1,4 @@
-"""What happened in a run, as variables of a dataset and back."""
+"""The events of a run, as variables of a dataset and back."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..model.system import BaseSystem
 from ..record.base import BaseRun
 from .stored import Stored, check_order, check_unit
 
-__all__ = ["asked_for", "from_file", "to_dataset"]
+__all__ = ["from_file", "to_dataset", "watched_events"]
 
 #: Variables: dimensions after the event's, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -38,26 +38,26 @@ class Unstored:
     name: str
 
     def __call__(self, state: State) -> float:
-        """Refuse: the function itself is not there."""
+        """Raise an error, since the file has only the function's name."""
         raise InvalidInput(f"the function {self.name} is not in the file of its run, only its name; give it again")
 
 
 def to_dataset(
     run: BaseRun, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """Variables, coordinates, and the events that were asked for as JSON; without any of the first where none happened.
+    """Variables, coordinates, and the watched events as JSON. Where no event happened, there are no variables.
 
     ``attributes`` gives a variable's from the dimension of its unit and its meaning.
     """
-    asked: list[Event] = []
+    watched: list[Event] = []
     places = []
     for happened in run.events:
         # By identity: comparing events would compare arrays and functions in them.
-        known = [k for k, event in enumerate(asked) if event is happened.event]
-        places.append(known[0] if known else len(asked))
-        asked += [] if known else [happened.event]
-    text = json.dumps([_describe(event) for event in asked])
-    if not asked:
+        known = [k for k, event in enumerate(watched) if event is happened.event]
+        places.append(known[0] if known else len(watched))
+        watched += [] if known else [happened.event]
+    text = json.dumps([_describe(event) for event in watched])
+    if not watched:
         return {}, {}, text
     states = [happened.state._in(run.system._units) for happened in run.events]
     variables: dict[str, Any] = {"event_asked": ("event", places, {"long_name": "place in fullbody_events"})}
@@ -72,18 +72,18 @@ def to_dataset(
     return variables, coordinates, text
 
 
-def asked_for(described: list[dict[str, Any]], system: BaseSystem) -> list[Event]:
-    """The events that were asked for."""
-    asked = [_rebuild(event) for event in described]
-    for event in asked:
+def watched_events(described: list[dict[str, Any]], system: BaseSystem) -> list[Event]:
+    """The events that were watched for."""
+    watched = [_rebuild(event) for event in described]
+    for event in watched:
         # Refuses what the system has no bodies or units for, as a run would.
         event._condition(system)
-    return asked
+    return watched
 
 
-def from_file(stored: Stored, system: BaseSystem, asked: list[Event]) -> list[Occurrence]:
+def from_file(stored: Stored, system: BaseSystem, watched: list[Event]) -> list[Occurrence]:
     """The events of a run's file; none in files that keep none."""
-    if not asked:
+    if not watched:
         return []
     places = stored.numbers("event_asked", {"event": None}, whole=True)
     sizes = {"event": len(places), "body": len(system), "axis": 3, "quaternion": 4}
@@ -95,12 +95,12 @@ def from_file(stored: Stored, system: BaseSystem, asked: list[Event]) -> list[Oc
     check_unit(record["attitude"], "event_attitude")
     happened = []
     for k, place in enumerate(places):
-        if not 0 <= place < len(asked):
-            raise InvalidInput(f"event_asked has {place}; expected 0 to {len(asked) - 1}, a place in fullbody_events")
+        if not 0 <= place < len(watched):
+            raise InvalidInput(f"event_asked has {place}; expected 0 to {len(watched) - 1}, a place in fullbody_events")
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
         state = system._state(core)
-        happened.append(Occurrence(asked[int(place)], state.time, state))
+        happened.append(Occurrence(watched[int(place)], state.time, state))
     return happened
 
 

@@ -1,7 +1,7 @@
 """Numbers of a variable, read from where HDF5 says they lie in the file.
 
 HDF5 itself takes the lengths of the pieces on trust when it decodes them, and reads beyond its memory where they are
-wrong. It is asked for places and lengths alone; what stands there is read and decoded here.
+wrong. So HDF5 gives the places and lengths alone, and the bytes there are read and decoded here.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def read(name: str, variable: Any, file: IO[bytes]) -> npt.NDArray[Any]:
 
 
 def _places(name: str, variable: Any, end: int) -> list[tuple[tuple[int, ...], int | None, int, int]]:
-    """Of each piece: its first element, its first byte, its length in bytes, and the filters that were left out."""
+    """For each piece its first element, its first byte, its length in bytes, and the filters that were left out."""
     if variable.chunks is None:
         return [((0,) * variable.ndim, variable.id.get_offset(), variable.id.get_storage_size(), 0)]
     counts = [-(-length // step) for length, step in zip(variable.shape, variable.chunks, strict=True)]
@@ -76,7 +76,7 @@ def _places(name: str, variable: Any, end: int) -> list[tuple[tuple[int, ...], i
 
     def visit(piece: Any) -> bool | None:
         places.append((piece.chunk_offset, piece.byte_offset, piece.size, piece.filter_mask))
-        # Anything but None ends what would go on for ever in an index that is made so.
+        # Anything but None ends the visit, which could go on for ever in a forged index.
         return True if len(places) > min(prod(counts), end) else None
 
     variable.id.chunk_iter(visit)

@@ -16,14 +16,14 @@ from ..errors import InvalidInput
 __all__ = ["check", "seal"]
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-#: By the version of the superblock: where the size of addresses and the end-of-file address stand in it (HDF5 File
-#: Format Specification, section II.A).
+#: Where the size of addresses and the end-of-file address stand in the superblock, by its version (HDF5 File Format
+#: Specification, section II.A).
 _SUPERBLOCKS = {0: (13, 40), 1: (13, 44), 2: (9, 28), 3: (9, 28)}
 #: How a global heap begins, with its version (section III.E).
 _HEAP = b"GCOL\x01\x00\x00\x00"
-#: Of its header, and of that of each object in it.
+#: The size of its header, and of the header of each object in it.
 _HEADER = 16
-#: Read at a time: a few milliseconds.
+#: Bytes that are read at a time, which takes a few milliseconds.
 _BLOCK = 2**22
 
 
@@ -42,7 +42,7 @@ def check(file: IO[bytes]) -> bool:
     Returns
     -------
     bool
-        Whether it has a seal; of one that has none only the length and the heaps are known to be right.
+        Whether it has a seal. Without one, only the length and the heaps are known to be right.
 
     Raises
     ------
@@ -99,7 +99,8 @@ def _check_heaps(file: IO[bytes], heaps: list[int], end: int) -> None:
         place, last = heap + _HEADER, heap + size
         sound = size >= _HEADER and last <= end and room >= 0
         while sound and last - place >= _HEADER:
-            # What is free counts its header, an object of the number zero; others are filled up to eights.
+            # The free space is an object of the number zero, whose length counts its header; other objects are filled
+            # up to multiples of eight.
             free = _number(file, place, 2) == 0
             step = _length(file, place) if free else _HEADER + -(-_length(file, place) // 8) * 8
             place += step

@@ -40,7 +40,7 @@ def opened(path: Path) -> Iterator[Stored]:
         raise InvalidInput("it is a folder")
     with path.open("rb") as file:
         sealed = seal.check(file)
-        # The same open file as was checked, whatever the name means by now.
+        # This is the open file that was checked, even if another has its name by now.
         with _readable("it"):
             content = h5py.File(file, "r")
         with content:
@@ -49,7 +49,7 @@ def opened(path: Path) -> Iterator[Stored]:
 
 @contextmanager
 def _readable(what: str) -> Iterator[None]:
-    """A context in which whatever h5py meets in a damaged file, in ways of many kinds, is one error of this package."""
+    """A context in which the many kinds of errors of h5py about a damaged file become one error of this package."""
     try:
         yield
     except (InvalidInput, MemoryError):

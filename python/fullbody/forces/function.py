@@ -21,36 +21,51 @@ if TYPE_CHECKING:
 __all__ = ["Function"]
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
+#: The base of all of ctypes' function pointers.
+_FUNCTION_POINTER: Any = ctypes.CFUNCTYPE(None).__mro__[1]
 #: time, bodies, position, velocity, attitude, spin, force, torque, data; zero is success.
 SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[_POINTER] * 4, *[_POINTER] * 2, ctypes.c_void_p
 )
 
 
+@dataclass(frozen=True)
+class Unstored:
+    """The function of a force from a file, which keeps the force's name alone."""
+
+    name: str
+
+    def __call__(self, time: Any, state: State) -> Any:
+        """Raise an error that says where the function is to be given again."""
+        raise InvalidInput(
+            f"the function of {self.name} is not in the file; give it again: system.with_forces([Function(...), ...])"
+        )
+
+
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Function(Force):
     """A force of your own: a function of Python, or a compiled one.
 
-    A function of Python is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens of
-    microseconds: a run takes twenty times as long. It gives the forces (N, 3), inertial, or these and the torques (N, 3), in the
-    body frames.
+    A function of Python is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens
+    of microseconds: a run takes twenty times as long. It gives the forces (N, 3), inertial, or these and the torques
+    (N, 3), in the body frames.
 
-    A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or a ``ctypes``
-    function pointer with the signature ::
+    A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or
+    a ``ctypes`` function pointer with the signature ::
 
         int f(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
               const double *spin, double *force, double *torque, void *data)
 
-    in the system's units. Arrays are (bodies, 3), the attitudes (bodies, 4); force and torque come in as zeros. The answer is
-    zero, or the run ends. The data are those of the LowLevelCallable, and may be used from another thread.
+    in the system's units. Arrays are (bodies, 3), the attitudes (bodies, 4); force and torque come in as zeros. The
+    answer is zero, or the run ends. The data are those of the LowLevelCallable, and may be used from another thread.
 
     Parameters
     ----------
     function : callable, numba cfunc, LowLevelCallable or ctypes function
     depends_on_velocity : bool
-        ``False`` says that it depends on the time, the positions and the attitudes alone: the integrators of fixed steps then
-        take it.
+        ``False`` says that it depends on the time, the positions and the attitudes alone: the integrators of fixed
+        steps then take it.
     name : str, optional
         The function's own unless given.
 
@@ -62,8 +77,8 @@ class Function(Force):
 
     Notes
     -----
-    A smooth function: at a jump the step control takes many short steps. Only values count; nothing that a function keeps
-    from call to call may decide them, for steps are tried and taken back.
+    A smooth function: at a jump the step control takes many short steps. Only values count; nothing that a function
+    keeps from call to call may decide them, for steps are tried and taken back.
 
     Examples
     --------
@@ -98,14 +113,14 @@ class Function(Force):
     def _describe(self, ground: Ground) -> dict[str, Any]:
         return {"kind": "Function", "name": self.name, "depends_on_velocity": bool(self.depends_on_velocity)}
 
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        kind = "of Python" if _compiled(self.function, self.name) is None else "compiled"
+        return f"a function {kind}" + (" that depends on velocities" if self.depends_on_velocity else "")
+
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         name = described["name"]
-
-        def missing(time: Any, state: State) -> Any:
-            raise InvalidInput(f"the function of {name} is not kept in files; expected it to be given again")
-
-        return cls(missing, depends_on_velocity=described["depends_on_velocity"], name=name)
+        return cls(Unstored(name), depends_on_velocity=described["depends_on_velocity"], name=name)
 
     def _call(self, ground: Ground) -> Call:
         compiled = _compiled(self.function, self.name)
@@ -114,14 +129,14 @@ class Function(Force):
 
 def _compiled(function: Any, name: str) -> Call | None:
     """The addresses of a compiled function; none of a function of Python."""
-    if isinstance(function, ctypes._CFuncPtr):
+    if isinstance(function, _FUNCTION_POINTER):
         return Call(ctypes.cast(function, ctypes.c_void_p).value or 0, 0, function)
     if hasattr(function, "_wrapper_address") and isinstance(getattr(function, "address", None), int):
         return Call(function.address, 0, function)
     if type(function).__name__ == "LowLevelCallable":
         pointer, data = function.function, function.user_data
         address = pointer.address if hasattr(pointer, "address") else None
-        if isinstance(pointer, ctypes._CFuncPtr):
+        if isinstance(pointer, _FUNCTION_POINTER):
             address = ctypes.cast(pointer, ctypes.c_void_p).value
         if address is None:
             address = _capsule(function[0], name)

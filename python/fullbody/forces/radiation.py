@@ -2,23 +2,83 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from math import pi, sqrt
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..base.arguments import directions, named_options
+from ..base.arguments import directions, named_options, positive
+from ..base.tables import number
+from ..base.units import gathered, need, numbers, scalar
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
 if TYPE_CHECKING:
     from ..base.units import Units
 
-__all__ = ["Byorp", "Yorp"]
+__all__ = ["Byorp", "Yorp", "solar_pressure"]
+
+#: Force over pressure times squared radius, for a coefficient of one.
+_BYORP = {
+    "jacobson_scheeres_2011": 1.0,
+    "quillen_2022": 1.0,
+    "steinberg_sari_2011": 2.0 * pi / 3.0,
+    "wang_hou_2021": 2.0 * pi / 3.0,
+}
+#: Torque over pressure times cubed radius, for a coefficient of one.
+_YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
+#: Normalisations of YORP that are rates of the spin: of themselves, or by pressure times radius over mass.
+_RATES = ("acceleration", "rossi_2009")
+
+
+def torque_dimension(normalization: str | None) -> str | None:
+    """The dimension of the torques of :class:`Yorp` by their normalisation; none of coefficients."""
+    return {None: "torque", "acceleration": "angular acceleration"}.get(normalization)
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
+    """The mean pressure of sunlight along an orbit round the Sun.
+
+    The mean over time of L / (4 pi c d^2), which is L / (4 pi c a^2 sqrt(1 - e^2)): what a black plate feels that
+    faces the Sun. L is the nominal luminosity of the IAU, with which L / (4 pi c) is 1.0161e17 N; papers round that
+    to 1e17 N.
+
+    Parameters
+    ----------
+    semi_major_axis : Quantity or str
+        Of the orbit round the Sun, such as ``"0.642 au"``.
+    eccentricity : float
+        Of the same orbit.
+
+    Returns
+    -------
+    Quantity
+
+    Examples
+    --------
+    >>> from fullbody.forces import solar_pressure
+    >>> solar_pressure("0.642 au", 0.688)
+    <Quantity 1.51794824e-05 Pa>
+    """
+    with need("units", "solar_pressure"):
+        from astropy import constants
+        from astropy import units as u
+
+    distance = gathered(semi_major_axis, "semi_major_axis")
+    if not hasattr(distance, "unit"):
+        raise InvalidInput(f"semi_major_axis is {semi_major_axis!r}; expected a Quantity or text such as '0.64 au'")
+    positive(distance, "au", "semi_major_axis")
+    e = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
+    if not 0.0 <= e < 1.0:
+        raise InvalidInput(f"eccentricity is {eccentricity!r}; expected a number from 0 to below 1")
+    return (constants.L_sun / (4.0 * pi * constants.c * distance**2 * sqrt(1.0 - e * e))).to(u.Pa)
+
+
+@named_options
+@dataclass(frozen=True, eq=False, repr=False)
 class Yorp(Force):
     """The torque of radiation on a body, a mean over its rotation and its orbit round the Sun.
 
@@ -27,19 +87,43 @@ class Yorp(Force):
     on : int or str
         The body.
     along : float, Quantity or array_like
-        Torque along the spin: a number, or one at each obliquity.
+        Along the spin: a torque, unless ``normalization`` names what else it is; one value, or one at each obliquity.
     across : float, Quantity or array_like
-        Torque across the spin that raises the obliquity.
+        Likewise across the spin; above zero it raises the obliquity. A spin along ``pole`` has no such direction and
+        feels none of it.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, with a cubic spline between.
     pole : array_like, (3,)
         Normal of the orbit round the Sun, inertial; the obliquity counts from it.
+    normalization : str, optional
+        ``"acceleration"``: rates of the spin, such as ``"5e-8 rad / day2"`` from light-curves; ``across`` is then the
+        rate of the obliquity times the spin. ``"quillen_2022"``, ``"steinberg_sari_2011"`` and ``"rossi_2009"``: the
+        dimensionless coefficients of these papers, see Notes.
+    pressure : float, Quantity or str, optional
+        Of sunlight, for a coefficient: :func:`solar_pressure` has the mean along an orbit.
+    radius : float, Quantity or str, optional
+        Of the body, for a coefficient; that of the sphere of its volume unless given.
     name : str, optional
         ``YORP on`` the body unless given.
 
     Notes
     -----
-    Rubincam (2000). With C the moment of inertia the spin changes by ``along`` / C, and the obliquity by ``across`` / (C spin).
+    Rubincam (2000). With C the largest moment of inertia the spin changes by torque ``along`` / C, and the obliquity by
+    torque ``across`` / (C spin). A coefficient f means, with P the pressure, R the radius and m the mass,
+
+    - ``"quillen_2022"``: a torque f P R^3 (Quillen, LaBarca & Chen);
+    - ``"steinberg_sari_2011"``: a torque (2 pi / 3) f P R^3;
+    - ``"rossi_2009"``: a rate of the spin (2/3) f P R / m = f P / (2 pi density R^2) (Rossi, Marzari & Scheeres; Y of
+      Jacobson & Scheeres), for ``along`` alone.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4(units=True)
+    >>> yorp = fullbody.forces.Yorp("Alpha", along="1e-8 rad / day2", normalization="acceleration")
+    >>> loads = system.with_forces([yorp]).loads(state)["YORP on Alpha"]
+    >>> (loads.torque[0, 2] / system["Alpha"].inertia[2]).to("1 / day2")
+    <Quantity 1.e-08 1 / d2>
     """
 
     on: int | str
@@ -47,41 +131,72 @@ class Yorp(Force):
     across: Any = 0.0
     obliquity: Any = None
     pole: Any = (0.0, 0.0, 1.0)
+    normalization: str | None = None
+    pressure: Any = None
+    radius: Any = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         pole = directions(self.pole, f"pole of {self.name}", one=True)
         object.__setattr__(self, "pole", tuple(float(component) for component in pole))
+        _check(self, self.normalization, (*_RATES, *_YORP), self.normalization not in (None, "acceleration"))
+        if self.normalization == "rossi_2009" and np.any(gathered(self.across, f"across of {self.name}") != 0.0):
+            raise InvalidInput(f"across of {self.name} is {self.across!r}; expected none, for rossi_2009 defines along")
 
     def _usual_name(self) -> str:
         return f"YORP on {self.on}" if isinstance(self.on, str) else f"YORP on body {self.on}"
 
     def _describe(self, ground: Ground) -> dict[str, Any]:
         units, name = ground.units, self.name
-        obliquity = np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
+        on = self._place(ground, "on")
+        obliquity = (
+            np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
+        )
         if obliquity.ndim != 1 or not np.isfinite(obliquity).all():
             raise InvalidInput(f"obliquity of {name} is {self.obliquity!r}; expected finite angles (T,)")
         rows = max(obliquity.size, 1)
+        dimension = torque_dimension(self.normalization)
+        factor = self._factor(ground, on)
 
         def torque(role: str) -> list[float]:
-            array = units.strip(getattr(self, role), "torque", f"{role} of {name}")
+            given, what = getattr(self, role), f"{role} of {name}"
+            array = numbers(given, what) if dimension is None else units.strip(given, dimension, what)
             if array.ndim == 0:
                 array = np.full(rows, float(array))
             if array.shape != (rows,) or not np.isfinite(array).all():
-                raise InvalidInput(
-                    f"{role} of {name} is {getattr(self, role)!r}; expected a finite torque, or one at each obliquity"
-                )
-            return [float(value) for value in array]
+                raise InvalidInput(f"{what} is {given!r}; expected a finite number, or one at each obliquity")
+            return [float(value) for value in factor * array]
 
         return {
             "kind": "Yorp",
             "name": name,
-            "on": ground.names[self._place(ground, "on")],
+            "on": ground.names[on],
             "pole": list(self.pole),
             "obliquity": obliquity.tolist(),
             "along": torque("along"),
             "across": torque("across"),
         }
+
+    def _factor(self, ground: Ground, on: int) -> float:
+        """The torque for a value of one."""
+        if self.normalization is None:
+            return 1.0
+        body = ground.body(on)
+        inertia = float(np.max(body.inertia))
+        if self.normalization in _RATES and inertia == 0.0:
+            raise InvalidInput(f"on of {self.name} is {ground.names[on]}, a point; expected a body that can turn")
+        if self.normalization == "acceleration":
+            return inertia
+        pressure, radius = _light(self, ground, on)
+        if self.normalization == "rossi_2009":
+            return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
+        return _YORP[self.normalization] * pressure * radius**3
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        if described["obliquity"]:
+            return f"on {described['on']}, torques at {len(described['obliquity'])} obliquities"
+        along, across = (number(units.attach(described[role][0], "torque")) for role in ("along", "across"))
+        return f"on {described['on']}, {along} along and {across} across the spin"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
@@ -96,13 +211,14 @@ class Yorp(Force):
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Byorp(Force):
     """The force of radiation on a synchronous secondary along its motion, a mean over both orbits.
 
-    It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45 degrees of
-    the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a pendulum which does not turn
-    over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. :attr:`Run.switched_off` counts how often it was lost.
+    It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45
+    degrees of the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a
+    pendulum which does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3.
+    ``run.switched_off`` counts how often it was lost.
 
     Parameters
     ----------
@@ -110,34 +226,125 @@ class Byorp(Force):
         The secondary.
     about : int or str
         The body that it moves about.
-    force : float or Quantity
-        Along the motion: in the plane of the orbit, across the line to the other body. Above zero the orbit grows.
+    force : float, Quantity or str
+        Along the motion: in the plane of the orbit, across the line to the other body. Above zero the orbit grows. Or
+        else a ``coefficient``.
+    coefficient : float
+        Dimensionless, with the ``normalization`` and the ``pressure`` that go with it.
+    normalization : str
+        Whose coefficient it is: ``"jacobson_scheeres_2011"``, ``"quillen_2022"``, ``"steinberg_sari_2011"`` or
+        ``"wang_hou_2021"``. They differ by 2 pi / 3, see Notes.
+    pressure : float, Quantity or str
+        Of sunlight: :func:`solar_pressure` has the mean along an orbit.
+    radius : float, Quantity or str, optional
+        Of the secondary, for a coefficient; that of the sphere of its volume unless given.
     name : str, optional
         ``BYORP on`` the body unless given.
 
     Notes
     -----
     Cuk & Burns (2005), McMahon & Scheeres (2010): a circular orbit drifts by da/dt = 2 F / (m n), where m is the
-    secondary's mass.
+    secondary's mass. A coefficient f means, with P the pressure and R the secondary's radius,
+
+    - ``"jacobson_scheeres_2011"``, ``"quillen_2022"``: F = f P R^2;
+    - ``"steinberg_sari_2011"``, ``"wang_hou_2021"``: F = (2 pi / 3) f P R^2.
+
+    Examples
+    --------
+    The drift that McMahon & Scheeres predict for 1999 KW4 is about 7 cm a year:
+
+    >>> import fullbody, numpy as np
+    >>> from astropy import units as u
+    >>> system, state = fullbody.systems.kw4(units=True)
+    >>> pressure = fullbody.forces.solar_pressure("0.642 au", 0.688)
+    >>> byorp = fullbody.forces.Byorp(
+    ...     on="Beta", about="Alpha", coefficient=0.02, normalization="jacobson_scheeres_2011", pressure=pressure
+    ... )
+    >>> force = system.with_forces([byorp]).loads(state)["BYORP on Beta"].force[1, 1]
+    >>> (2.0 * force / system["Beta"].mass * (17.42 * u.hour / (2.0 * np.pi))).to("cm / yr")
+    <Quantity 7.22301962 cm / yr>
     """
 
     on: int | str
     about: int | str
-    force: Any
+    force: Any = None
+    coefficient: float | None = None
+    normalization: str | None = None
+    pressure: Any = None
+    radius: Any = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.force is None) == (self.coefficient is None):
+            raise InvalidInput(
+                f"force and coefficient of {self.name} are {self.force!r} and {self.coefficient!r}; "
+                "expected one of the two"
+            )
+        if self.coefficient is not None and self.normalization is None:
+            raise InvalidInput(
+                f"normalization of {self.name} is not given, and coefficients differ by it; "
+                f"expected one of {', '.join(_BYORP)}"
+            )
+        _check(self, self.normalization, _BYORP, self.coefficient is not None)
 
     def _usual_name(self) -> str:
         return f"BYORP on {self.on}" if isinstance(self.on, str) else f"BYORP on body {self.on}"
 
     def _describe(self, ground: Ground) -> dict[str, Any]:
+        on = self._place(ground, "on")
         return {
             "kind": "Byorp",
             "name": self.name,
-            "on": ground.names[self._place(ground, "on")],
+            "on": ground.names[on],
             "about": ground.names[self._place(ground, "about")],
-            "force": ground.units.number(self.force, "force", f"force of {self.name}"),
+            "force": self._strength(ground, on),
         }
+
+    def _strength(self, ground: Ground, on: int) -> float:
+        """The force as a number."""
+        if self.normalization is None:
+            return ground.units.number(self.force, "force", f"force of {self.name}")
+        what = f"coefficient of {self.name}"
+        coefficient = scalar(numbers(self.coefficient, what), what)
+        if not np.isfinite(coefficient):
+            raise InvalidInput(f"{what} is {self.coefficient!r}; expected a finite number")
+        pressure, radius = _light(self, ground, on)
+        return _BYORP[self.normalization] * coefficient * pressure * radius**2
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        force = number(units.attach(described["force"], "force"))
+        return f"on {described['on']} about {described['about']}, {force} along the motion"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         given = {key: described[key] for key in ("name", "on", "about")}
         return cls(**given, force=units.attach(described["force"], "force"))
+
+
+def _check(force: Yorp | Byorp, normalization: str | None, known: Iterable[str], needs_light: bool) -> None:
+    """Refuse an unknown normalisation, and light that is missing or has no use."""
+    if normalization is not None and normalization not in known:
+        raise InvalidInput(f"normalization of {force.name} is {normalization!r}; expected one of {', '.join(known)}")
+    if not needs_light:
+        for role in ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ())):
+            if getattr(force, role) is not None:
+                raise InvalidInput(
+                    f"{role} of {force.name} is {getattr(force, role)!r}; expected none, for there is no coefficient"
+                )
+    elif force.pressure is None:
+        raise InvalidInput(
+            f"pressure of {force.name} is not given; expected that of sunlight, such as "
+            "fullbody.forces.solar_pressure('0.64 au', 0.69)"
+        )
+
+
+def _light(force: Yorp | Byorp, ground: Ground, on: int) -> tuple[float, float]:
+    """The pressure and the radius, above zero."""
+    found = {
+        "pressure": ground.units.number(force.pressure, "pressure", f"pressure of {force.name}"),
+        "radius": force._radius(ground, on),
+    }
+    for role, value in found.items():
+        if value <= 0.0:
+            raise InvalidInput(f"{role} of {force.name} is {value:.6g}; expected a number above zero")
+    return found["pressure"], found["radius"]

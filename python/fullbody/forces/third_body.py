@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ..base.arguments import named_options
+from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 from ..orbit.elements import KeplerElements
@@ -21,13 +22,13 @@ _ANGLES = ("i", "Omega", "omega", "M")
 
 
 @named_options
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.
 
-    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is not moved
-    by the system. A path is that of the barycentre as it would go without the forces: what they change of it, such as the
-    pull on the quadrupoles, is computed.
+    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is
+    not moved by the system. A path is that of the barycentre as it would go without the forces: what they change of
+    it, such as the pull on the quadrupoles, is computed.
 
     Parameters
     ----------
@@ -49,8 +50,8 @@ class ThirdBody(Force):
     Raises
     ------
     InvalidInput
-        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends before
-        the run does.
+        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends
+        before the run does.
 
     Notes
     -----
@@ -95,6 +96,70 @@ class ThirdBody(Force):
         if self.orbit is not None and not isinstance(self.orbit, KeplerElements):
             raise InvalidInput(f"orbit of {name} is {self.orbit!r}; expected KeplerElements")
 
+    @classmethod
+    def from_ephemeris(
+        cls,
+        name: str,
+        date: Any,
+        *,
+        orbit: KeplerElements[Any],
+        duration: Any,
+        epoch: Any = None,
+        ephemeris: str = "builtin",
+        frame: Any = "ecliptic",
+        units: tuple[object, object, object] | bool | None = None,
+    ) -> Self:
+        """The Sun or a planet, at the positions of an ephemeris relative to a system on its orbit about the Sun.
+
+        Parameters
+        ----------
+        name : str
+            ``"sun"``, ``"earth"``, ``"moon"``, ``"jupiter"`` and so on; the third body's name too, as in ``Jupiter``.
+        date : astropy Time or str
+            Of time zero of the states, such as ``"2022-09-26T00:00:00 TDB"``.
+        orbit : KeplerElements
+            Of the system about the Sun, in the ecliptic of J2000 or in their own frame.
+        duration : float, Quantity or str
+            How long from the date the path is to be; below zero back in time.
+        epoch : astropy Time or str, optional
+            When the mean anomaly of the orbit holds; the date unless given.
+        ephemeris : str
+            ``"builtin"`` of astropy, ``"de432s"`` and others that it loads, or the path of one; all but the first need
+            the package jplephem.
+        frame : str or array_like, (3, 3)
+            The axes of the system: a name (see :mod:`fullbody.frames`), or the matrix that turns components in the
+            ecliptic of J2000 into components along the system's axes.
+        units : (length, time, mass) or bool, optional
+            For a system without units: those that its plain numbers are in. Otherwise all are Quantities.
+
+        Returns
+        -------
+        ThirdBody
+            With a table, so dense that its cubic spline is right to 1e-9 of the distance.
+
+        Raises
+        ------
+        InvalidInput
+
+        Notes
+        -----
+        The system moves on the Kepler orbit. How planets bend it is left out: for a close flyby give the orbit of the
+        planet about the system. The built-in ephemeris is erfa's, which is good to some kilometres for the Earth and to
+        two arc minutes for the other planets, as seen from the Sun. G times masses are those of DE440 (Park et al.
+        2021, Astron. J. 161, 105, doi:10.3847/1538-3881/abd414).
+
+        Examples
+        --------
+        >>> import astropy.units as u, fullbody
+        >>> orbit = fullbody.KeplerElements(1.6442 * u.au, 0.38385, 3.408 * u.deg, 73.2 * u.deg, 319.3 * u.deg, 0.0)
+        >>> sun = fullbody.forces.ThirdBody.from_ephemeris("sun", "2022-10-25 TDB", orbit=orbit, duration="20 day")
+        >>> sun.name, sun.positions.unit
+        ('Sun', Unit("km"))
+        """
+        from .ephemeris import path
+
+        return cls(of="body", **path(name, date, orbit, duration, epoch, ephemeris, frame, units))
+
     def _usual_name(self) -> str:
         return "third body"
 
@@ -126,6 +191,16 @@ class ThirdBody(Force):
                 raise InvalidInput(f"times or positions of {name} are not finite; expected finite numbers")
             path = {"table": {"times": times.tolist(), "positions": positions.tolist()}}
         return {"kind": "ThirdBody", "name": name, "mu": mu, "of": self.of, "path": path}
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        path, whose = described["path"], "it goes round" if described["of"] == "body" else "the system goes round it"
+        mu = f"mu = {number(units.attach(described['mu'], 'mu'))}"
+        if "orbit" in path:
+            elements = path["orbit"]["elements"]
+            return f"{mu}; {whose}, a = {number(units.attach(elements['a'], 'length'))}, e = {number(elements['e'])}"
+        times = path["table"]["times"]
+        first, last = (number(units.attach(time, "time")) for time in (times[0], times[-1]))
+        return f"{mu}; {len(times)} positions from {first} to {last}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

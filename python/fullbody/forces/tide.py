@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
-
 from ..base.arguments import named_options, positive
+from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
@@ -18,12 +17,12 @@ __all__ = ["Tide", "lag_from_quality_factor"]
 
 
 @named_options
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tide(Force):
     """The tide that one body raises on another, with a constant time lag, for any orbit and any spin.
 
-    It acts on both bodies and turns the deformed one. Only what the lag adds is computed: the figure is rigid, and the bulges
-    of the tide and of the rotation belong to it.
+    It acts on both bodies and turns the deformed one. Only what the lag adds is computed: the figure is rigid, and the
+    bulges of the tide and of the rotation belong to it.
 
     Parameters
     ----------
@@ -42,9 +41,9 @@ class Tide(Force):
 
     Notes
     -----
-    Mignard (1979), Hut (1981): with r from the deformed body to the raiser of mass m, v its rate and omega the deformed body's spin,
-    the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x omega + v)], its opposite acts on the deformed
-    body, and the torque on that is -r x F.
+    Mignard (1979), Hut (1981): with r from the deformed body to the raiser of mass m, v its rate and omega the
+    deformed body's spin, the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x omega + v)],
+    its opposite acts on the deformed body, and the torque on that is -r x F.
 
     Examples
     --------
@@ -68,13 +67,6 @@ class Tide(Force):
     def _describe(self, ground: Ground) -> dict[str, Any]:
         units, name = ground.units, self.name
         on, by = self._place(ground, "on"), self._place(ground, "by")
-        if self.radius is None:
-            volume = ground.body(on).volume
-            if volume == 0.0:
-                raise InvalidInput(f"radius of {name} is not given, and {ground.names[on]} is a point; expected a radius")
-            radius = float(np.cbrt(0.75 * volume / np.pi))
-        else:
-            radius = units.number(self.radius, "length", f"radius of {name}")
         return {
             "kind": "Tide",
             "name": name,
@@ -82,8 +74,12 @@ class Tide(Force):
             "by": ground.names[by],
             "k2": units.number(self.k2, "angle", f"k2 of {name}"),
             "lag": units.number(self.lag, "time", f"lag of {name}"),
-            "radius": radius,
+            "radius": self._radius(ground, on),
         }
+
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
+        return f"by {described['by']} on {described['on']}, k2 = {number(described['k2'])}, lag {lag}, radius {radius}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
@@ -92,13 +88,14 @@ class Tide(Force):
         return cls(**given, lag=lag, radius=radius)
 
 
+@named_options
 def lag_from_quality_factor(
     Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
 ) -> Any:
     """The time lag that dissipates as a quality factor does at one frequency.
 
-    A constant quality factor holds at one frequency alone; it changes its sign where the spin passes the mean motion, which a
-    lag does not.
+    A constant quality factor holds at one frequency alone; it changes its sign where the spin passes the mean motion,
+    which a lag does not.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
-from ..base.arguments import directions, doubt_radians, named_options, pole
+from ..base.arguments import directions, doubt_radians, longitude_latitude, named_options
 from ..base.arguments import vectors as _vectors
 from ..base.units import Units, is_quantity, need
 from ..errors import InvalidInput
@@ -147,7 +147,7 @@ def pole_vector(longitude: Any, latitude: Any) -> _Array:
     >>> fullbody.frames.pole_vector(np.pi / 2, 0.0).round(12)
     array([0., 1., 0.])
     """
-    lon, lat = pole((longitude, latitude), "the direction")
+    lon, lat = longitude_latitude((longitude, latitude), "the direction")
     return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
 
 
@@ -158,7 +158,7 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
     Parameters
     ----------
     vector : array_like or Quantity, (..., 3)
-        Of any length above zero and in any unit.
+        The direction, of any length above zero and in any unit.
 
     Returns
     -------
@@ -212,10 +212,10 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     Parameters
     ----------
     longitude, latitude : float or Quantity
-        Of the body's z-axis, in the frame that the state is in.
+        The direction of the body's z-axis, in the frame that the state is in.
     angle : float or Quantity
-        From the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis: W of the
-        IAU's rotational elements.
+        The angle from the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis:
+        W of the IAU's rotational elements.
 
     Returns
     -------
@@ -234,7 +234,7 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     >>> np.allclose(state.rotation_matrix[0, :, 2], fullbody.frames.pole_vector(0.3, 0.2))
     True
     """
-    lon, lat = pole((longitude, latitude), "pole")
+    lon, lat = longitude_latitude((longitude, latitude), "pole")
     w = Units().number(angle, "angle", "angle")
     doubt_radians(angle, "angle")
     return rotations.product(

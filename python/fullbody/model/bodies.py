@@ -13,7 +13,7 @@ from .. import _core
 from ..base.arguments import name_of, named_options, positive, refuse_mixture
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
-from ..base.values import Alike, hashed, same
+from ..base.values import ScalarFields, hashed, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
 
@@ -24,7 +24,7 @@ _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Ellipsoid(Alike):
+class Ellipsoid(ScalarFields):
     """A homogeneous ellipsoid.
 
     Parameters
@@ -72,7 +72,7 @@ class Ellipsoid(Alike):
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Sphere(Alike):
+class Sphere(ScalarFields):
     """A homogeneous sphere.
 
     Parameters
@@ -135,7 +135,7 @@ class Body(Tabled):
     mass, density : float or Quantity
         One of the two.
     name : str, optional
-        What errors, tables and plots call it. Bodies without a name are called after their place in the system.
+        The name in errors, tables and plots. A body without one is named after its place in the system.
 
     Raises
     ------
@@ -230,7 +230,7 @@ class Body(Tabled):
         rows: list[Sequence[str]] = [("shape", type(self.shape).__name__)]
         if self.shape.semi_axes is not None:
             rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
-        # Where only some of a body's numbers have units, what follows from them is known to its system alone.
+        # Where only some of a body's numbers have units, only its system can compute what follows from them.
         for name in ("mass", "density"):
             with contextlib.suppress(InvalidInput):
                 rows += [(name, number(value))] if (value := getattr(self, name)) is not None else []
@@ -251,7 +251,7 @@ class Body(Tabled):
         return (self._shape, self._mass, self._density, self._name)
 
     def _with(self, units: Units) -> Body:
-        """The body as a system with these units has it: its plain numbers in them."""
+        """The body in a system with these units: its plain numbers become Quantities in them."""
         if not units.known:
             return self
 
@@ -262,15 +262,18 @@ class Body(Tabled):
         mass, density = attach(self._mass, "mass"), attach(self._density, "density")
         return Body(type(self._shape)(*sizes), mass=mass, density=density, name=self._name)
 
+    def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
+        """Semi-axes as numbers in a system's units; ``None`` for a point."""
+        if self._shape._lengths is None:
+            return None
+        labelled = zip(self._shape._lengths, "abc", strict=True)
+        a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)
+        return a, b, c
+
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         name = self._name if self._name is not None else f"body {index}"
-        axes: Any = self._shape._lengths
-        if axes is not None:
-            axes = tuple(
-                units.number(axis, "length", f"semi-axis {label} of {name}")
-                for axis, label in zip(axes, "abc", strict=True)
-            )
+        axes = self._semi_axes(units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
+from math import cbrt, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from ..base.arguments import name_of, place
-from ..base.values import Alike
+from ..base.arguments import name_of, named_options, place
+from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
     from ..base.units import Units
     from .bodies import Body
 
-__all__ = ["Call", "Force", "Ground"]
+__all__ = ["Call", "Force", "Ground", "rebuilt"]
 
 #: The kinds of forces by their names.
 KINDS: dict[str, type[Force]] = {}
@@ -34,7 +35,7 @@ class Ground:
 
 
 class Call:
-    """A function in C: its address and that of its data, and what keeps both. What a function of Python raised stays here."""
+    """A function in C: its address, that of its data, and what keeps both; the last error of a Python function."""
 
     def __init__(self, address: int, data: int, keep: Any) -> None:
         self.address, self.data, self.keep = address, data, keep
@@ -45,8 +46,9 @@ class Call:
         return (self.address, self.data, self.keep)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Force(Alike):
+@named_options
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Force(ScalarFields):
     """Base of all forces.
 
     Attributes
@@ -70,12 +72,37 @@ class Force(Alike):
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
 
+    def __hash__(self) -> int:
+        return hash((type(self), self.name))
+
+    def __repr__(self) -> str:
+        entries = sorted(fields(self), key=lambda entry: entry.name == "name")
+        given = ((entry, getattr(self, entry.name)) for entry in entries)
+        parts = (
+            f"{entry.name}={brief(value)}"
+            for entry, value in given
+            if entry.default is MISSING or not same(value, entry.default)
+        )
+        return f"{type(self).__name__}({', '.join(parts)})"
+
     def _usual_name(self) -> str:
         """The name where none is given."""
         return type(self).__name__
 
     def _place(self, ground: Ground, role: str) -> int:
         return place(getattr(self, role), ground.names, f"{role} of {self.name}")
+
+    def _radius(self, ground: Ground, index: int) -> float:
+        """The radius that the force was given, or that of the sphere of the body's volume."""
+        given = getattr(self, "radius", None)
+        if given is not None:
+            return ground.units.number(given, "length", f"radius of {self.name}")
+        volume = float(ground.body(index).volume)
+        if volume == 0.0:
+            raise InvalidInput(
+                f"radius of {self.name} is not given, and {ground.names[index]} is a point; expected a radius"
+            )
+        return float(cbrt(0.75 * volume / pi))
 
     def _describe(self, ground: Ground) -> dict[str, Any]:
         """The force in numbers of a system's units, as the core takes it."""
@@ -86,6 +113,18 @@ class Force(Alike):
         """The force of such a description."""
         raise NotImplementedError
 
+    def _words(self, described: dict[str, Any], units: Units) -> str:
+        """What it is in a few words, from its description in numbers of these units."""
+        return ""
+
     def _call(self, ground: Ground) -> Call | None:
         """The function that the core calls, of a force that is one."""
         return None
+
+
+def rebuilt(described: dict[str, Any], units: Units) -> Force:
+    """The force of a description in numbers of these units, which may come from a file."""
+    kind = described["kind"]
+    if kind not in KINDS:
+        raise InvalidInput(f"force is of the kind {kind!r}; expected one of {', '.join(KINDS)}")
+    return KINDS[kind]._of_core(described, units)

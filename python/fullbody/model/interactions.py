@@ -1,4 +1,4 @@
-"""What acts in a state, and what the motion conserves of it."""
+"""Forces, torques and energy of a state, and the quantities that the motion conserves."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.values import Alike, Record, block
+from ..base.values import ArrayFields, ScalarFields, block
 from ..typing import Array, Scalar
 
 __all__ = ["Energy", "Interactions", "Invariants", "Loads"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Interactions(Record, Tabled):
+class Interactions(ArrayFields, Tabled):
     """Forces, torques and the potential energy of a state.
 
     Attributes
@@ -45,7 +45,7 @@ class Interactions(Record, Tabled):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Loads(Record):
+class Loads(ArrayFields):
     """What one force from outside does in a state.
 
     Attributes
@@ -64,7 +64,7 @@ class Loads(Record):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Energy(Alike, Tabled):
+class Energy(ScalarFields, Tabled):
     """Energy in its parts.
 
     Attributes
@@ -84,8 +84,8 @@ class Energy(Alike, Tabled):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Invariants(Record):
-    """What a motion conserves, at a time.
+class Invariants(ArrayFields):
+    """The quantities that a motion conserves, at a time.
 
     Attributes
     ----------

@@ -344,7 +344,7 @@ class State(Tabled):
         body : int or str
             The place of the body, or its name; see :meth:`kick`.
         axis : array_like, (3,)
-            Of any length.
+            The axis, of any length.
         angle : float or Quantity
             Radians as a float, right-handed about the axis.
         along : {"body", "inertial", "orbit"}

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, Literal, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
@@ -16,7 +17,7 @@ from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
-from .force import KINDS, Force, Ground
+from .force import Force, Ground, rebuilt
 from .interactions import Energy, Interactions, Loads
 from .state import State
 
@@ -36,10 +37,10 @@ class BaseSystem(Tabled):
         ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
         ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
     gravity_tolerance : float
-        Of the quadrature: relative to the size of the force, and for the torque on a body to the force times its
-        longest semi-axis; at worst three times that. Rounding leaves 2e-14 of either. The energy by ``"surface"`` may
-        be off by thirty times the tolerance where surfaces nearly touch. Where the quadrature cannot do it the answer
-        is :class:`NotConverged`.
+        The error that the quadrature may have, relative to the size of the force, and for the torque on a body relative
+        to the force times its longest semi-axis. At worst it has three times that. Rounding leaves 2e-14 of either. The
+        energy by ``"surface"`` may be off by thirty times the tolerance where surfaces nearly touch. Where the
+        quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass) or bool, optional
@@ -54,8 +55,8 @@ class BaseSystem(Tabled):
     epoch : astropy Time or str, optional
         The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
     frame : str, optional
-        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``; kept, not used in computing, and that of
-        the elements of a run (:meth:`fullbody.KeplerElements.to_frame`).
+        What the inertial axes are, such as ``"ecliptic"`` or ``"equatorial"``. No result depends on it; the elements of
+        a run know it (:meth:`fullbody.KeplerElements.to_frame`).
     forces : sequence of Force
         What acts beside the bodies' gravity, from :mod:`fullbody.forces`, under distinct names.
 
@@ -182,9 +183,13 @@ class BaseSystem(Tabled):
     @property
     def masses(self) -> Array:
         """Masses (N,)."""
-        values = [body._core(self._units, i).mass for i, body in enumerate(self._bodies)]
-        masses: Array = self._units.attach(np.array(values), "mass")
+        masses: Array = self._units.attach(self._masses, "mass")
         return masses
+
+    @property
+    def _masses(self) -> npt.NDArray[np.float64]:
+        """Masses (N,) as numbers in the system's units."""
+        return np.array([body._core(self._units, k).mass for k, body in enumerate(self._bodies)])
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """G times the sum of two masses.
@@ -192,15 +197,14 @@ class BaseSystem(Tabled):
         Parameters
         ----------
         body, about : int or str
-            Places in :attr:`bodies`, or names, of two bodies.
+            Places in :attr:`~fullbody.System.bodies`, or names, of two bodies.
         """
-        masses = [each._core(self._units, k).mass for k, each in enumerate(self._bodies)]
         first, second = self._place(body, "body"), self._place(about, "about")
         if first == second:
             raise InvalidInput(
                 f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
             )
-        return self._units.attach_mu(self._G * (masses[first] + masses[second]))
+        return self._units.attach_mu(float(self._G * (self._masses[first] + self._masses[second])))
 
     def index(self, body: int | str) -> int:
         """The place of a body.
@@ -315,7 +319,7 @@ class BaseSystem(Tabled):
         position, velocity : ndarray or Quantity, (3,) or (K, 3)
         """
         index = self._force(name, "name")
-        if not isinstance(self._forces[index], KINDS["ThirdBody"]):
+        if type(self._forces[index]).__name__ != "ThirdBody":
             raise InvalidInput(f"name is {name!r}, a {type(self._forces[index]).__name__}; expected a ThirdBody")
         times = self._units.strip(time, "time", "time")
         both = self._core.third_body(index, np.atleast_1d(times))
@@ -326,7 +330,10 @@ class BaseSystem(Tabled):
         """The place of a force by its name, or an error that says which there are."""
         names = [force.name for force in self._forces]
         if name not in names:
-            raise InvalidInput(f"{what} is {name!r}; " + (suggestion(str(name), names, "one") if names else "expected a force of a system that has some"))
+            expected = (
+                suggestion(str(name), names, "one") if names else "expected a force of the system, which has none"
+            )
+            raise InvalidInput(f"{what} is {name!r}; {expected}")
         return names.index(str(name))
 
     def interactions(self, state: State) -> Interactions:
@@ -397,14 +404,14 @@ class BaseSystem(Tabled):
         """The forces that files cannot keep."""
         return tuple(force for force in self._forces if force.name in self._calls)
 
-    def _caused(self, error: Exception) -> Exception:
+    def _caused(self, error: BaseException) -> BaseException:
         """The error with what the function of a force raised as its cause; Ctrl-C in there is Ctrl-C."""
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if call is None or call.raised is None:
             return error
         raised, call.raised = call.raised, None
         if isinstance(raised, KeyboardInterrupt):
-            return raised  # type: ignore[return-value]
+            return raised
         if isinstance(error, ForceFailed):
             error = ForceFailed(f"force {error.force} at time {error.time}: {raised}", error.force, error.time)
         error.__cause__ = raised
@@ -416,11 +423,11 @@ class BaseSystem(Tabled):
         return state._in(self._units)
 
     def _state(self, core: _core.State) -> State:
-        """A state of the core's, with units and the bodies' names."""
+        """The core's state with units and the bodies' names."""
         return State._wrap(core, self._units, self.names)
 
     def _explained(self, error: BodiesOverlap, start: _core.State | None, when: str = "") -> BodiesOverlap:
-        """The error with the distance of the centres in a state, or without one with the time in a run."""
+        """The error with the distance of the centres in a state; without a state, with the time in the run."""
         if start is not None:
             first, second = (start.position[self.names.index(name)] for name in error.bodies)
             apart = number(self._units.attach(np.float64(np.linalg.norm(second - first)), "length"))
@@ -433,7 +440,7 @@ class BaseSystem(Tabled):
 
     @contextmanager
     def _explaining(self, state: Callable[[], _core.State], when: str = "") -> Iterator[None]:
-        """A context for what is asked of one state."""
+        """A context in which the error about bodies that overlap tells how far apart they are in a state."""
         try:
             yield
         except BodiesOverlap as error:
@@ -506,7 +513,7 @@ class BaseSystem(Tabled):
             for name, value in self.options.items()
             if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
         ]
-        return (Table("System", (), rows), self._table_of_bodies())
+        return (Table("System", (), rows), self._table_of_bodies(), *self._tables_of_forces())
 
     def _table_of_bodies(self) -> Table:
         """The bodies of a system, one a row, in its units."""
@@ -519,9 +526,19 @@ class BaseSystem(Tabled):
             rows.append((name, described["shape"], size or "-", f"{described['mass']:.8g}"))
         return Table("Bodies", header, rows)
 
+    def _tables_of_forces(self) -> tuple[Table, ...]:
+        """The forces from outside, one a row, where there are some."""
+        both = zip(self._forces, self._core.forces, strict=True)
+        rows: list[Sequence[str]] = [
+            (force.name, type(force).__name__, force._words(described, self._units)) for force, described in both
+        ]
+        return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()
+
     def __repr__(self) -> str:
         units = "" if self._units.names is None else f", units={self._units.names}"
-        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, gravity={self._options['gravity']!r}{units})"
+        forces = f", forces={[force.name for force in self._forces]}" if self._forces else ""
+        gravity = f"gravity={self._options['gravity']!r}"
+        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, {gravity}{units}{forces})"
 
     def __reduce__(self) -> Any:
         return (_assemble, (type(self), self._bodies, self._G, self._units.names, self._options, self._forces))
@@ -534,7 +551,7 @@ class BaseSystem(Tabled):
         options = dict(described["options"])
         options["order"] = None if options["order"] is None else tuple(options["order"])
         forces = [
-            (functions or {}).get(force["name"]) or KINDS[force["kind"]]._of_core(force, Units(units))
+            (functions or {}).get(force["name"]) or rebuilt(force, Units(units))
             for force in described.get("forces", ())
         ]
         return cls(bodies, described["G"], units=units, forces=forces, **options)

@@ -1,1 +1,1 @@
-"""The verbs: systems that are integrated, simulations that go on, runs that are drawn, saved and loaded."""
+"""Systems that integrate, simulations that go on, runs that are drawn, saved and loaded."""

@@ -22,7 +22,7 @@ _FAR = 1e3
 
 
 def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """What is doubtful about a start.
+    """Warnings about a start.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
         The sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed steps.
     """
     if len(system) > 1:
-        masses = np.asarray(getattr(system.masses, "value", system.masses))
+        masses = system._masses
         # The run itself refuses what is too large.
         with np.errstate(all="ignore"):
             yield from _unbound(system, start, masses)
@@ -38,7 +38,9 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
 
 
 def _unbound(system: BaseSystem, start: _core.State, masses: Any) -> Iterator[str]:
-    """Whether a body leaves the others much faster than their attraction can be meant to hold it."""
+    """Whether a body is so much faster than the others' speed of escape that their attraction can hardly be meant to
+    hold it.
+    """
     speed, escape = np.empty((2, len(masses)))
     for body, (others, apart) in enumerate(_distances(start.position)):
         rest = masses[others]
@@ -86,9 +88,11 @@ def _far(system: BaseSystem, start: _core.State, masses: Any, tolerance: float |
             "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run may "
             "never end"
         )
-    remedy = "leave it out" if tolerance is None else f"give rtol and atol of {enough:g} or more, or leave it out"
+    who = system.names[others[heavy]]
+    instead = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
+    remedy = instead if tolerance is None else f"{instead}, or rtol and atol of {enough:g} or more"
     yield (
-        f"{system.names[others[heavy]]} is {length(apart[heavy])} from {pair}, which are {length(nearest[body])} "
+        f"{who} is {length(apart[heavy])} from {pair}, which are {length(nearest[body])} "
         "apart, and so heavy that the barycentre, which positions are counted from, is far from these two: their "
         f"coordinates round at {length(np.spacing(from_barycentre[body]), 2)}, {rounding:.2g} of their distance. "
         f"{follows}; expected bodies within {_FAR:g} such distances, or {remedy}"

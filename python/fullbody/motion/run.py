@@ -1,4 +1,4 @@
-"""What can be done with a run: drawn, filmed, viewed, turned into tables, saved."""
+"""The verbs of a run: draw, film, view, turn into tables, save."""
 
 from __future__ import annotations
 
@@ -100,7 +100,9 @@ class RunVerbs(BaseRun):
             Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
             variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
             for, as JSON, and ``event_asked`` counts into that list. ``start_time``, ``start_energy`` and
-            ``start_angular_momentum`` are those of ``run.start``.
+            ``start_angular_momentum`` are those of ``run.start``. Forces from outside have a dimension ``force``,
+            labelled with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
+            ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
 
         Examples
         --------
@@ -140,7 +142,8 @@ class RunVerbs(BaseRun):
 
         Kept are samples, the start, set-up, statistics, events and the stop reason. Not kept are the continuous
         solution of ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the
-        name, with the times and states where they vanished.
+        name, with the times and states where they vanished. Nor are those of :class:`fullbody.forces.Function`: the
+        system of a run from a file has the force, and fails with its name where it is integrated.
 
         The file ends with a checksum of the whole, behind what NetCDF reads. :func:`fullbody.load` checks it first.
         Other programs do not see it, and cut it off when they write to the file; load then warns.

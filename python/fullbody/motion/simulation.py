@@ -27,13 +27,13 @@ from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98, rebuild
 from ..record.statistics import Statistics
 from ..typing import Scalar
-from .asked import Bar, autosaving, sampling, watched
 from .doubts import of_start
+from .options import Bar, autosaving, sampling, watched
 from .run import RunVerbs
 
 __all__ = ["Run", "Simulation", "System"]
 
-#: Under a name of its own, since the class has a property of the module's.
+#: A second name, since the class has a property with the module's name.
 _Core: TypeAlias = _core.Simulation
 
 
@@ -263,14 +263,14 @@ class Simulation:
             try:
                 self.save(path)
             except OSError as unwritten:
-                # What ended the run before that is told instead.
+                # An error that ended the run before that is raised instead.
                 error = unwritten if error is None else error
         if error is None:
             return run
         error = self._system._caused(error)
         if isinstance(error, KeyboardInterrupt):
             interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
-            # Also where Ctrl-C came within a function of the caller's.
+            # This holds too where Ctrl-C came within a function of the caller's.
             run.stop_reason = "interrupted"
             interrupted.run = run
             raise interrupted from None
@@ -312,7 +312,8 @@ class Simulation:
         ----------
         path : str or Path
         forces : iterable of Force
-            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no functions.
+            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no
+            functions.
 
         Returns
         -------
@@ -345,7 +346,7 @@ class Simulation:
             notes = json.loads(text) if text else {}
             system, integrator = System._of_core(setup, notes, given), rebuild(setup["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
-            # Of whatever kind: the notes may be any JSON.
+            # The errors are of many kinds, since the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error
         core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system._calls.items()})
         sim = cls.__new__(cls)

@@ -12,7 +12,7 @@ from .. import _core
 __all__ = ["Path", "along", "fitting_mu", "harmonics", "periods"]
 
 _Array = npt.NDArray[np.float64]
-#: Points in a revolution that even a circular orbit is to have, and the powers of e that harmonics are to fall by.
+#: The least number of points in a revolution, and the powers of e that the harmonics fall by within those points.
 _LEAST, _FALL = 16, 16.0
 
 
@@ -25,10 +25,10 @@ class Path(NamedTuple):
 
 
 def fitting_mu(path: Path) -> float:
-    """The mu whose Kepler orbits fit the samples best, so that a circle about an oblate body is one of them.
+    """The mu whose Kepler orbits fit the samples best; a circle about an oblate body is then one of them.
 
-    v x (r x v) = mu (r/|r| + e) with a constant vector e, by least squares; for motion that fits none, the middle one
-    of those for which the samples would be on circles.
+    It solves v x (r x v) = mu (r/|r| + e) with a constant vector e by least squares. For motion that fits no orbit, it
+    is the median of the mu for which each sample would be on a circle.
     """
     distance = np.linalg.norm(path.r, axis=1)
     direction = path.r / distance[:, None]
@@ -39,14 +39,14 @@ def fitting_mu(path: Path) -> float:
 
 
 def periods(path: Path, mu: float) -> _Array:
-    """Of the osculating orbits (K,); infinite where they are open."""
+    """Periods of the osculating orbits (K,), infinite for open ones."""
     energy = np.sum(path.v**2, axis=1) / 2 - mu / np.linalg.norm(path.r, axis=1)
     size = np.where(energy < 0.0, -mu / 2 / np.where(energy < 0.0, energy, -1.0), np.inf)
     return np.asarray(2 * np.pi * np.sqrt(size**3 / mu))
 
 
 def harmonics(path: Path, mu: float) -> float:
-    """How many points in a revolution hold what the most eccentric of the osculating ellipses has.
+    """How many points in a revolution hold the harmonics of the most eccentric osculating ellipse.
 
     The k-th harmonic of an ellipse falls as exp(-k (artanh s - s)) with s = sqrt(1 - e^2) (Watson 1944, Theory of
     Bessel Functions, Sec. 8.4).

@@ -32,11 +32,11 @@ def check_times(time: _Array, least: int, what: str) -> None:
 def slope(time: _Array, values: _Array, power: int = 1) -> float:
     """The slope of the straight line of least squares, weighted by a Hann window or a power of it.
 
-    Of a periodic term of k periods, more than the power and one, it leaves about k^-(2 power + 1) (Laskar 1993,
+    A periodic term of k periods, more than the power plus one, is reduced to about k^-(2 power + 1) (Laskar 1993,
     Physica D 67, 257).
     """
     phase = (time - time[0]) / (time[-1] - time[0])
-    # Of a handful of samples even the ends count.
+    # A handful of samples keep some weight even at the ends.
     weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)
     centred = time - np.average(time, weights=weight)
     return float((weight * centred) @ values / ((weight * centred) @ centred))

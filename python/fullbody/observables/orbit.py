@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements
 from ..typing import Array, Scalar
 from . import _signal as signal
 from ._follow import Path
-from ._view import REVOLUTIONS, WINDOWED, View
+from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 
 if TYPE_CHECKING:
     from ..record.base import BaseRun
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
 _Array = npt.NDArray[np.float64]
-#: Terms of the distance that are looked at, how near to the mean motion the periapsis' is, and the size relative to the
-#: distance below which a run has no periapsis but by its own errors.
+#: How many periodic terms of the distance are computed, how near to the mean motion the frequency of periapsis is, and
+#: the size of that term relative to the distance below which it may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
-#: Two apsidal rates agree within this part of them and within this part of a turn over the run.
+#: Two apsidal rates agree if they differ by less than this part of them plus this part of a turn over the run.
 _AGREE, _TURNED = 0.02, 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ElementRates(Record):
+class ElementRates(ArrayFields):
     """Osculating elements and how fast they change.
 
     Attributes
     ----------
     elements : KeplerElements
-        Of arrays (K,), angles without jumps.
+        Elements with arrays (K,), whose angles have no jumps.
     rates : dict of str to ndarray or Quantity
         Present rates of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M`` (K,), by differences of second order.
     mean_rates : dict of str to float or Quantity
@@ -52,7 +52,7 @@ class ElementRates(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MutualPeriod(Record):
+class MutualPeriod(ArrayFields):
     """Revolutions of one body about another.
 
     Attributes
@@ -60,7 +60,7 @@ class MutualPeriod(Record):
     time : ndarray or Quantity, (R,)
         Ends of the revolutions, counted from the earliest time.
     period : ndarray or Quantity, (R,)
-        Of each revolution.
+        The period of each revolution.
     mean : float or Quantity
         2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under the
         third power of a Hann window. It takes all samples and leaves next to nothing of what recurs four times or more;
@@ -77,7 +77,7 @@ class MutualPeriod(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Precession(Record):
+class Precession(ArrayFields):
     """Slow turns of an orbit.
 
     Attributes
@@ -94,11 +94,11 @@ class Precession(Record):
         Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` where either has none. It vanishes
         at the critical inclination. The longitude of periapsis, Omega + omega, moves by this and ``nodal`` together.
     anomalistic_period : float, Quantity or None
-        From periapsis to periapsis.
+        The mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
-        Of a revolution in the moving plane: 2 pi by the mean of |r x v|/r^2, the angle from the direction that
-        ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, is faster by
-        (1 - cos i) d(Omega)/dt.
+        The mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of
+        the angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M,
+        is faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
         The least and the greatest angle between the orbit's pole and the axis, radians.
     """
@@ -141,7 +141,7 @@ def element_rates(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: i
     >>> round(2 * 3.14159265 / rates.mean_rates["L"], 1)
     17.1
     """
-    view = View(run, body, about, 3, "a mean rate", REVOLUTIONS)
+    motion = RelativeMotion(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, body=body, about=about)
     columns: dict[str, Any] = {}
     rates: dict[str, Any] = {}
@@ -154,24 +154,24 @@ def element_rates(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: i
         columns[name] = values
         unit = {"length": "velocity", "angle": "spin"}.get(dimension or "")
         for result, number in (
-            (rates, np.gradient(values, view.time, edge_order=2)),
-            (means, view.mean_rate(values)),
+            (rates, np.gradient(values, motion.time, edge_order=2)),
+            (means, motion.mean_rate(values)),
         ):
-            result[name] = _per_time(view, number) if unit is None else view.units.attach(number, unit)
+            result[name] = _per_time(motion, number) if unit is None else motion.units.attach(number, unit)
     varpi = signal.unwrapped(columns["Omega"] + columns["omega"])
     longitude = signal.unwrapped(columns["Omega"] + columns["omega"] + columns["M"])
-    means["varpi"] = view.rate(view.mean_rate(varpi))
-    means["L"] = view.rate(view.mean_rate(longitude))
+    means["varpi"] = motion.rate(motion.mean_rate(varpi))
+    means["L"] = motion.rate(motion.mean_rate(longitude))
     attached = [
-        view.units.attach(columns["a"], "length"),
+        motion.units.attach(columns["a"], "length"),
         columns["e"],
-        *(view.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
+        *(motion.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
     ]
     return ElementRates(KeplerElements._trusted(attached, run.system.frame), rates, means)
 
 
-def _per_time(view: View, number: Any) -> Any:
-    return number / view.units.unit("time") if view.units.known else number
+def _per_time(motion: RelativeMotion, number: Any) -> Any:
+    return number / motion.units.unit("time") if motion.units.known else number
 
 
 @named_options
@@ -204,23 +204,23 @@ def mutual_period(run: BaseRun, *, body: int | str = 1, about: int | str = 0) ->
     >>> round(float(fullbody.observables.mutual_period(run).mean), 1)
     17.1
     """
-    view = View(run, body, about, 8, "a mutual period", REVOLUTIONS)
-    moments = passages(view)
+    motion = RelativeMotion(run, body, about, 8, "a mutual period", REVOLUTIONS)
+    moments = passages(motion)
     turns = len(moments) - 1
     ends = moments[1:]
     period = np.diff(moments)
     drift = float("nan")
     if turns >= 3:
         drift = signal.slope(ends, period)
-    mean = 2 * np.pi / view.mean_motion(view.path) if turns >= WINDOWED else period.mean()
-    return MutualPeriod(view.span(ends), view.span(period), view.span(np.float64(mean)), drift)
+    mean = 2 * np.pi / motion.mean_motion(motion.path) if turns >= WINDOWED else period.mean()
+    return MutualPeriod(motion.span(ends), motion.span(period), motion.span(np.float64(mean)), drift)
 
 
-def passages(view: View) -> _Array:
-    """When the longitude is whole turns from that at the earliest time, which is the first."""
-    longitude, rate = view.longitude
-    order = np.argsort(view.path.time)
-    t, angle, rate = view.path.time[order], longitude[order], rate[order]
+def passages(motion: RelativeMotion) -> _Array:
+    """The times at which the longitude has made whole turns since the earliest time, which is the first of them."""
+    longitude, rate = motion.longitude
+    order = np.argsort(motion.path.time)
+    t, angle, rate = motion.path.time[order], longitude[order], rate[order]
     start = angle[0]
     angle = np.sign(rate.mean()) * (angle - start)
     spline = signal.scipy_module("interpolate").CubicHermiteSpline(t, angle, np.sign(rate.mean()) * rate)
@@ -229,13 +229,13 @@ def passages(view: View) -> _Array:
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
         after = int(np.argmax(angle >= target))
         moments.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
-    return _sharpened(view, np.array(moments), start)
+    return _sharpened(motion, np.array(moments), start)
 
 
-def _sharpened(view: View, moments: _Array, start: float) -> _Array:
-    """Passages of a longitude, after Newton's method along the Kepler orbits: a spline misses what is eccentric."""
+def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
+    """Passages of a longitude, improved by Newton's method along the Kepler orbits: a spline errs on eccentric ones."""
     for _ in range(3):
-        angle, rate = view.longitude_at(moments)
+        angle, rate = motion.longitude_at(moments)
         missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
         moments = moments - missed / rate
     return moments
@@ -254,7 +254,7 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     Parameters
     ----------
     run : Run
-        Of several revolutions; the more, the better the means.
+        A run of several revolutions; the more, the better the means.
     axis : array_like, (3,), optional
         The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
     body, about : int or str
@@ -279,8 +279,8 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     In a plane that turns there is no fixed direction to measure from. The node turns in it by cos(i) d(Omega)/dt, and
     a fixed plane that the orbit is projected on shows another rate after whole turns of the node than after a part of
     one. The direction that does not turn in the plane is the departure point of Hansen's ideal frame: from it the true
-    longitude grows by |r x v|/r^2, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253; Lara &
-    Urrutxua 2023, Universe 9, 470).
+    longitude grows by ``|r x v| / r^2``, without a term of the plane's own motion (Deprit 1976, Celest. Mech. 13, 253;
+    Lara & Urrutxua 2023, Universe 9, 470).
 
     Examples
     --------
@@ -292,25 +292,25 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     >>> bool(abs(fullbody.observables.orbit_precession(run).apsidal) < 1e-6)
     True
     """
-    view = View(run, body, about, 16, "precession", WINDOWED)
-    sidereal, radial = motions(view, view.path)
+    motion = RelativeMotion(run, body, about, 16, "precession", WINDOWED)
+    sidereal, radial = frequencies(motion, motion.path)
     if radial is not None:
-        _check_halved(view, sidereal - radial)
-    nodal, inclination = view.turning(view.normal, axis)
-    draconic = None if nodal is None or radial is None else view.from_node(axis)
+        _check_halved(motion, sidereal - radial)
+    nodal, inclination = motion.turning(motion.normal, axis)
+    draconic = None if nodal is None or radial is None else motion.from_node(axis)
     return Precession(
-        None if radial is None else view.rate(np.float64(sidereal - radial)),
-        None if nodal is None else view.rate(np.float64(nodal)),
-        None if draconic is None or radial is None else view.rate(np.float64(draconic - radial)),
-        None if radial is None else view.span(np.float64(2 * np.pi / radial)),
-        view.span(np.float64(2 * np.pi / sidereal)),
-        view.angle(np.array([inclination.min(), inclination.max()])),
+        None if radial is None else motion.rate(np.float64(sidereal - radial)),
+        None if nodal is None else motion.rate(np.float64(nodal)),
+        None if draconic is None or radial is None else motion.rate(np.float64(draconic - radial)),
+        None if radial is None else motion.span(np.float64(2 * np.pi / radial)),
+        motion.span(np.float64(2 * np.pi / sidereal)),
+        motion.angle(np.array([inclination.min(), inclination.max()])),
     )
 
 
-def motions(view: View, path: Path) -> tuple[float, float | None]:
+def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None]:
     """The mean motion, and the frequency at which periapsis recurs, where there is one."""
-    sidereal = view.mean_motion(path)
+    sidereal = motion.mean_motion(path)
     distance = np.linalg.norm(path.r, axis=1)
     terms = zip(*signal.lines(path.time, distance, _TERMS), strict=True)
     near = sorted(
@@ -323,13 +323,13 @@ def motions(view: View, path: Path) -> tuple[float, float | None]:
     return sidereal, near[0][1]
 
 
-def _check_halved(view: View, apsidal: float) -> None:
-    """Refuse samples of which every second one tells another precession."""
-    sidereal, radial = motions(view, view.halved())
-    allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(view.time[-1] - view.time[0])
+def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
+    """Refuse samples if every second one alone gives another precession."""
+    sidereal, radial = frequencies(motion, motion.halved())
+    allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:
-        found = "none" if radial is None else f"{view.rate(np.float64(sidereal - radial)):.4g}"
+        found = "none" if radial is None else f"{motion.rate(np.float64(sidereal - radial)):.4g}"
         raise InvalidInput(
-            f"the apsidal rate is {view.rate(np.float64(apsidal)):.4g} by all samples, but {found} by every second "
-            f"one; precession needs samples closer together ({view.closer()})"
+            f"the apsidal rate is {motion.rate(np.float64(apsidal)):.4g} by all samples, but {found} by every second "
+            f"one; precession needs samples closer together ({motion.closer()})"
         )

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ._follow import Path
-from ._view import WINDOWED, View
-from .orbit import motions, passages
+from ._relative import WINDOWED, RelativeMotion
+from .orbit import frequencies, passages
 
 if TYPE_CHECKING:
     from ..record.base import BaseRun
@@ -26,7 +26,7 @@ _STEPS = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitShape(Record):
+class OrbitShape(ArrayFields):
     """Least and greatest distances of each revolution, and the ellipse that has them.
 
     Attributes
@@ -49,17 +49,16 @@ class OrbitShape(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Eccentricity(Record):
+class Eccentricity(ArrayFields):
     """The eccentricity of an orbit in its parts.
 
     Attributes
     ----------
     free : float or None
-        Of the ellipse that the distance follows, whose periapsis precesses: what ``eccentricity=`` of a mean orbit of
-        :func:`fullbody.binary` sets. ``None`` where the distance shows no periapsis.
+        The eccentricity of the ellipse that the distance follows, whose periapsis precesses. ``eccentricity=`` of a
+        mean orbit of :func:`fullbody.binary` sets it. ``None`` where the distance shows no periapsis.
     forced : float
-        What the osculating eccentricity has beside that, on the mean: it belongs to the bodies' figures and is there on
-        a circular orbit too.
+        The mean part of the osculating eccentricity that the bodies' figures force. A circular orbit has it too.
     osculating : float
         The mean of the osculating eccentricity. Between the difference of the other two and their sum.
     """
@@ -79,7 +78,7 @@ def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> O
     Parameters
     ----------
     run : Run
-        Of one revolution at least.
+        A run of one revolution at least.
     body, about : int or str
         Places in the system, or names.
 
@@ -109,23 +108,23 @@ def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> O
     >>> shape.e.round(4)
     array([...])
     """
-    view = View(run, body, about, 8, "an orbit's shape", 1)
-    ends = passages(view)
+    motion = RelativeMotion(run, body, about, 8, "an orbit's shape", 1)
+    ends = passages(motion)
     # The path and the ends of the revolutions, in order.
-    moments = np.union1d(view.path.time, ends)
-    sampled = view.at(moments)
+    moments = np.union1d(motion.path.time, ends)
+    sampled = motion.at(moments)
     distance, speed = _radial(sampled)
     first = np.searchsorted(moments, ends)
     extremes = []
     for sign, find in ((1.0, np.argmin), (-1.0, np.argmax)):
         place = np.array([k + int(find(distance[k : m + 1])) for k, m in pairwise(first)])
-        extremes.append(_extremes(view, moments, speed, distance, place, sign, ends))
+        extremes.append(_extremes(motion, moments, speed, distance, place, sign, ends))
     nearest, farthest = extremes
     return OrbitShape(
-        view.span(ends[1:]),
-        view.length(nearest),
-        view.length(farthest),
-        view.length((farthest + nearest) / 2),
+        motion.span(ends[1:]),
+        motion.length(nearest),
+        motion.length(farthest),
+        motion.length((farthest + nearest) / 2),
         (farthest - nearest) / (farthest + nearest),
     )
 
@@ -137,7 +136,13 @@ def _radial(path: Path) -> tuple[_Array, _Array]:
 
 
 def _extremes(
-    view: View, moments: _Array, speed: _Array, distance: _Array, place: npt.NDArray[np.intp], sign: float, ends: _Array
+    motion: RelativeMotion,
+    moments: _Array,
+    speed: _Array,
+    distance: _Array,
+    place: npt.NDArray[np.intp],
+    sign: float,
+    ends: _Array,
 ) -> _Array:
     """The least (sign 1) or greatest (-1) distances near samples of them, one in each revolution."""
     # The sample on the other side of the extreme, which has to lie in the revolution too.
@@ -153,7 +158,7 @@ def _extremes(
     rate = speed[k]
     for _ in range(_STEPS):
         time = np.clip(time - rate / growth, low, high)
-        there, rate = _radial(view.at(time))
+        there, rate = _radial(motion.at(time))
     found[within] = sign * np.minimum(sign * there, sign * found[within])
     return found
 
@@ -165,7 +170,7 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        Of five revolutions at least; the more, the better the means.
+        A run of five revolutions at least; the more, the better the means.
     mu : float or Quantity, optional
         G times the sum of the two masses unless given: what the osculating elements are formed with.
     body, about : int or str
@@ -182,9 +187,9 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
 
     Notes
     -----
-    With h = r x v, the vector v x h = mu (r/|r| + e) of an osculating orbit is, seen in the moving plane,
+    With h = r x v, the vector v x h = mu (r / abs(r) + e) of an osculating orbit is, seen in the moving plane,
 
-        v x h = A r/|r| + B,
+        v x h = A r / abs(r) + B,
 
     with a number A and a vector B that turns at the apsidal rate, by least squares over the run; what is left is of the
     order of e times the forced eccentricity. Then ``free`` is abs(B)/A, the eccentricity of a Kepler orbit with A for
@@ -205,16 +210,16 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
     >>> round(found.free, 3), round(found.forced, 4)
     (0.02, 0.0023)
     """
-    view = View(run, body, about, 16, "an eccentricity", WINDOWED)
-    total = float(view.units.strip(run.system.mu(view.about, view.body) if mu is None else mu, "mu", "mu"))
-    path = view.path
-    longitude, rate = view.longitude
+    motion = RelativeMotion(run, body, about, 16, "an eccentricity", WINDOWED)
+    total = float(motion.units.strip(run.system.mu(motion.about, motion.body) if mu is None else mu, "mu", "mu"))
+    path = motion.path
+    longitude, rate = motion.longitude
     distance, growth = _radial(path)
     # In the moving plane, as complex numbers; h/r is the speed across the line to the body.
     h = rate * distance**2
     line = np.exp(1j * longitude)
     vector = h * (h / distance - 1j * growth) * line
-    sidereal, radial = motions(view, path)
+    sidereal, radial = frequencies(motion, path)
     terms = [line]
     if radial is not None:
         turned = np.exp(1j * (sidereal - radial) * (path.time - path.time[0]))

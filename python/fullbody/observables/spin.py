@@ -9,12 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import integer, named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
-from ..model.bodies import PointMass
 from ..typing import Array, Scalar
 from . import _signal as signal
-from ._view import NEAREST, REVOLUTIONS, View
+from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
 
 if TYPE_CHECKING:
     from ..record.base import BaseRun
@@ -25,20 +24,20 @@ _Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Libration(Record):
+class Libration(ArrayFields):
     """Swings of a body's longest axis about the line to another.
 
     Attributes
     ----------
     time : ndarray or Quantity, (K,)
     angle : ndarray or Quantity, (K,)
-        From the line to the longest axis, in the orbit's plane, positive along the motion; without jumps, so that it
-        grows or falls without end where the body does not librate.
+        The angle from the line to the longest axis, in the orbit's plane, positive along the motion. It has no jumps,
+        so that it grows or falls without end where the body does not librate.
     amplitude : float, Quantity or None
         Half of peak to peak; ``None`` above a quarter turn, where the other end of the axis is the nearer one for a
         while: the body turns round, and does not librate.
     frequencies, amplitudes : ndarray or Quantity
-        Of its strongest periodic terms, the strongest first as found; empty where it does not librate.
+        Those of its strongest periodic terms, the strongest first; empty where it does not librate.
     """
 
     time: Array
@@ -86,14 +85,14 @@ def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, abou
     >>> bool(fullbody.observables.spin_precession(run) < 0)
     True
     """
-    view = View(run, body, about, 3, "spin precession", REVOLUTIONS)
-    rate, angle = view.turning(view.pole, axis)
+    motion = RelativeMotion(run, body, about, 3, "spin precession", REVOLUTIONS)
+    rate, angle = motion.turning(motion.pole, axis)
     if rate is None:
         raise InvalidInput(
-            f"the pole of {view.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
+            f"the pole of {motion.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
             f"expected {NEAREST:g} or more to tell how it goes about it"
         )
-    found: Scalar = view.rate(np.float64(rate))
+    found: Scalar = motion.rate(np.float64(rate))
     return found
 
 
@@ -120,9 +119,9 @@ def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Arr
     >>> round(float(np.degrees(fullbody.observables.obliquity(run, body=0, about=1)[0])), 3)
     3.2
     """
-    view = View(run, body, about, 1, "an obliquity")
-    sine = np.linalg.norm(np.cross(view.pole, view.normal), axis=1)
-    found: Array = view.angle(np.arctan2(sine, np.sum(view.pole * view.normal, axis=1)))
+    motion = RelativeMotion(run, body, about, 1, "an obliquity")
+    sine = np.linalg.norm(np.cross(motion.pole, motion.normal), axis=1)
+    found: Array = motion.angle(np.arctan2(sine, np.sum(motion.pole * motion.normal, axis=1)))
     return found
 
 
@@ -159,11 +158,11 @@ def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -
     >>> bool(abs(fullbody.observables.roll_pitch_yaw(run)[0]).max() < 1e-12)
     True
     """
-    view = View(run, body, about, 1, "roll, pitch and yaw")
-    relative = in_orbit_frame(view)
+    motion = RelativeMotion(run, body, about, 1, "roll, pitch and yaw")
+    relative = in_orbit_frame(motion)
     if relative[0, 0, 0] < 0.0:
         relative = relative * np.array([-1.0, -1.0, 1.0])
-    found: Array = view.angle(angles(relative))
+    found: Array = motion.angle(angles(relative))
     return found
 
 
@@ -174,7 +173,7 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
     Parameters
     ----------
     run : Run
-        Of several periods of it, sampled several times in each.
+        A run of several periods of the libration, sampled several times in each.
     body, about : int or str
         Places in the system, or names.
     count : int
@@ -211,58 +210,59 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
     """
     if (integer(count) or 0) < 1:
         raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
-    view = View(run, body, about, 16, "a libration", REVOLUTIONS)
-    shape = run.system.bodies[view.body].shape
-    if isinstance(shape, PointMass):
-        raise InvalidInput(f"{view.name} is a point; it has no axis to librate")
-    axes = [view.units.number(axis, "length", "semi-axis") for axis in shape.semi_axes]
+    motion = RelativeMotion(run, body, about, 16, "a libration", REVOLUTIONS)
+    axes = run.system.bodies[motion.body]._semi_axes(motion.units)
+    if axes is None:
+        raise InvalidInput(f"{motion.name} is a point; it has no axis to librate")
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:
-        raise InvalidInput(f"{view.name} has the semi-axes {axes}, no single longest one to librate")
-    x, y, _ = np.moveaxis(orbit_frame(view), 2, 0)
-    axis = view.matrix[:, :, longest]
-    across = np.linalg.norm(np.cross(axis, view.normal), axis=1)
+        raise InvalidInput(f"{motion.name} has the semi-axes {list(axes)}, no single longest one to librate")
+    x, y, _ = np.moveaxis(orbit_frame(motion), 2, 0)
+    axis = motion.matrix[:, :, longest]
+    across = np.linalg.norm(np.cross(axis, motion.normal), axis=1)
     if np.median(across) < NEAREST:
         raise InvalidInput(
-            f"the longest axis of {view.name} stays within {across.max():.1g} rad of the orbit's normal; it points "
+            f"the longest axis of {motion.name} stays within {across.max():.1g} rad of the orbit's normal; it points "
             "nowhere in the orbit's plane"
         )
     # Both ends of the axis count alike.
-    view.check_rotation(np.linalg.norm(np.cross(view.relative_spin, axis), axis=1), np.pi / 2, "a libration")
+    motion.check_rotation(np.linalg.norm(np.cross(motion.relative_spin, axis), axis=1), np.pi / 2, "a libration")
     angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
-    fine = _between(view, angle)
+    fine = _between(motion, angle)
     swing = float(np.ptp(fine) / 2)
     if swing > np.pi / 2:
-        return Libration(view.span(view.time), view.angle(angle), None, view.rate(np.zeros(0)), view.angle(np.zeros(0)))
-    frequencies, amplitudes = signal.lines(view.path.time, fine, count)
+        return Libration(
+            motion.span(motion.time), motion.angle(angle), None, motion.rate(np.zeros(0)), motion.angle(np.zeros(0))
+        )
+    frequencies, amplitudes = signal.lines(motion.path.time, fine, count)
     return Libration(
-        view.span(view.time),
-        view.angle(angle),
-        view.angle(np.float64(swing)),
-        view.rate(frequencies),
-        view.angle(amplitudes),
+        motion.span(motion.time),
+        motion.angle(angle),
+        motion.angle(np.float64(swing)),
+        motion.rate(frequencies),
+        motion.angle(amplitudes),
     )
 
 
-def _between(view: View, angle: _Array) -> _Array:
+def _between(motion: RelativeMotion, angle: _Array) -> _Array:
     """An angle from the line to the other body, along the path.
 
     A spline through the angle and the longitude together, which is smooth: what an eccentric orbit adds is the line's.
     """
-    if view.path.time is view.time:
+    if motion.path.time is motion.time:
         return angle
     spline = signal.scipy_module("interpolate").CubicSpline
-    order = np.argsort(view.time)
-    together = angle + view.longitude_at(view.time)[0]
-    found: _Array = spline(view.time[order], together[order])(view.path.time) - view.longitude[0]
+    order = np.argsort(motion.time)
+    together = angle + motion.longitude_at(motion.time)[0]
+    found: _Array = spline(motion.time[order], together[order])(motion.path.time) - motion.longitude[0]
     return found
 
 
-def in_orbit_frame(view: View) -> _Array:
+def in_orbit_frame(motion: RelativeMotion) -> _Array:
     """The body's attitude (K, 3, 3) in its orbit's frame, where samples are close enough to follow it."""
-    view.check_rotation(np.linalg.norm(view.relative_spin, axis=1), np.pi, view.what)
-    relative: _Array = np.einsum("kji,kjl->kil", orbit_frame(view), view.matrix)
+    motion.check_rotation(np.linalg.norm(motion.relative_spin, axis=1), np.pi, motion.what)
+    relative: _Array = np.einsum("kji,kjl->kil", orbit_frame(motion), motion.matrix)
     return relative
 
 
@@ -274,7 +274,7 @@ def angles(relative: _Array) -> _Array:
     return np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1)
 
 
-def orbit_frame(view: View) -> _Array:
+def orbit_frame(motion: RelativeMotion) -> _Array:
     """Axes (K, 3, 3) as columns: towards the other body, along the motion seen from it, along the normal."""
-    x = -view.r / np.linalg.norm(view.r, axis=1)[:, None]
-    return np.stack([x, np.cross(view.normal, x), view.normal], axis=2)
+    x = -motion.r / np.linalg.norm(motion.r, axis=1)[:, None]
+    return np.stack([x, np.cross(motion.normal, x), motion.normal], axis=2)

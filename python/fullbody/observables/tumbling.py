@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from ..base.arguments import named_options
 from ..base.units import Units
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from . import _signal as signal
-from ._view import View
+from ._relative import RelativeMotion
 from .spin import angles, in_orbit_frame
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ _AROUND = 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tumbling(Record):
+class Tumbling(ArrayFields):
     """When a body first turned further than a limit from where it belongs.
 
     Attributes
     ----------
     time : float, Quantity or None
-        Of the first passage; ``None`` where there is none in the run.
+        The time of the first passage; ``None`` where there is none in the run.
     angle : {"roll", "pitch", "yaw"} or None
         The one that passed the limit.
     largest : ndarray or Quantity, (3,)
@@ -96,21 +96,23 @@ def tumbles(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about:
     most = Units().number(limit, "angle", "limit")
     if not 0.0 < most <= np.pi / 2:
         raise InvalidInput(f"limit is {limit!r}; expected an angle above zero, a quarter turn (pi/2) at most")
-    view = View(run, body, about, 1, "tumbling")
-    relative = in_orbit_frame(view)
+    motion = RelativeMotion(run, body, about, 1, "tumbling")
+    relative = in_orbit_frame(motion)
     nearest = int(np.argmax(_HALF_TURNS @ np.diagonal(relative[0])))
     turned = angles(relative * _HALF_TURNS[nearest])
     size = np.abs(turned)
-    largest = view.angle(size.max(axis=0))
+    largest = motion.angle(size.max(axis=0))
     # The run may go backwards in time: the first passage is the first one recorded.
     beyond = (size > most).any(axis=1)
     if not beyond.any():
         return Tumbling(None, None, largest)
     k = int(np.argmax(beyond))
-    passages = [(_passage(view.time, size[:, j], k, most), name) for j, name in enumerate(_NAMES) if size[k, j] > most]
-    forward = -1.0 if len(view.time) > 1 and view.time[1] < view.time[0] else 1.0
+    passages = [
+        (_passage(motion.time, size[:, j], k, most), name) for j, name in enumerate(_NAMES) if size[k, j] > most
+    ]
+    forward = -1.0 if len(motion.time) > 1 and motion.time[1] < motion.time[0] else 1.0
     time, name = min(passages, key=lambda passage: forward * passage[0])
-    return Tumbling(view.span(np.float64(time)), name, largest)
+    return Tumbling(motion.span(np.float64(time)), name, largest)
 
 
 def _passage(time: _Array, size: _Array, k: int, limit: float) -> float:

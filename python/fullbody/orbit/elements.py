@@ -42,8 +42,8 @@ class KeplerElements(Generic[_T], Tabled):
     i, Omega, omega, M : float, array_like or Quantity
         Inclination, longitude of the ascending node, argument of periapsis, mean anomaly; radians as floats.
     frame : str or astropy frame, optional
-        What the angles are referred to, such as ``"ecliptic"``; see :mod:`fullbody.frames`. For :meth:`to_frame`, and
-        not used otherwise.
+        What the angles are referred to, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Only :meth:`to_frame` uses
+        it.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ class KeplerElements(Generic[_T], Tabled):
         mu : float or Quantity
             G times the sum of the masses; as for :meth:`to_cartesian`.
         frame : str or astropy frame, optional
-            That ``r`` and ``v`` are in; the elements keep it.
+            The frame of ``r`` and ``v``, which the elements keep.
 
         Returns
         -------
@@ -362,5 +362,5 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
 
 
 def _in(unit: Any, value: Any, what: str) -> Any:
-    """Numbers in a unit, which plain ones are in already."""
+    """Numbers in a unit; plain ones are taken to be in it already."""
     return strip_to(value, unit, what) if is_quantity(value) else numbers(value, what)

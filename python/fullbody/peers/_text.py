@@ -1,7 +1,8 @@
-"""Lines of a text file, with errors that name file and line."""
+"""Text files of numbers, with errors that name file and line."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
@@ -9,19 +10,8 @@ from typing import Any, NoReturn
 from ..base.atomic import content
 from ..errors import InvalidInput
 
-
-def read_lines(path: Any) -> list[str]:
-    """The lines of a file.
-
-    Raises
-    ------
-    FileNotFoundError, InvalidInput
-        The latter for a file that is not text.
-    """
-    try:
-        return content(path).decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise InvalidInput(f"{path} is not a text file: {error}") from error
+#: Kinds of numbers, as errors call them.
+NUMBER, POSITIVE, NOT_NEGATIVE = "a number", "a number above zero", "a number, zero or above"
 
 
 @contextmanager
@@ -33,34 +23,35 @@ def naming(path: Any) -> Iterator[None]:
         raise InvalidInput(f"{path}: {error}") from error
 
 
-def fail(path: Any, line: int | None, message: str) -> NoReturn:
-    """Raise :class:`fullbody.InvalidInput` for a line, counted from one."""
-    where = f"{path}" if line is None else f"{path}, line {line}"
-    raise InvalidInput(f"{where}: {message}")
+class Text:
+    """The lines of a file, which are counted from one.
 
+    Raises
+    ------
+    FileNotFoundError, InvalidInput
+        The latter for a file that is not text.
+    """
 
-def number(path: Any, line: int, text: str, what: str) -> float:
-    """A finite number of a line."""
-    try:
-        value = float(text)
-    except ValueError:
-        fail(path, line, f"{what} is {text!r}; expected a number")
-    if value != value or value in (float("inf"), float("-inf")):
-        fail(path, line, f"{what} is {text!r}; expected a finite number")
-    return value
+    def __init__(self, path: Any) -> None:
+        self.path = path
+        try:
+            self.lines = content(path).decode("utf-8-sig").splitlines()
+        except UnicodeDecodeError as error:
+            raise InvalidInput(f"{path} is not a text file: {error}") from error
 
+    def fail(self, line: int | None, message: str) -> NoReturn:
+        """Raise :class:`fullbody.InvalidInput` for a line, or for the whole file."""
+        where = f"{self.path}" if line is None else f"{self.path}, line {line}"
+        raise InvalidInput(f"{where}: {message}")
 
-def positive(path: Any, line: int, text: str, what: str) -> float:
-    """A finite number above zero of a line."""
-    value = number(path, line, text, what)
-    if value <= 0.0:
-        fail(path, line, f"{what} is {text!r}; expected a number above zero")
-    return value
-
-
-def not_negative(path: Any, line: int, text: str, what: str) -> float:
-    """A finite number of a line, zero or above."""
-    value = number(path, line, text, what)
-    if value < 0.0:
-        fail(path, line, f"{what} is {text!r}; expected a number, zero or above")
-    return value
+    def number(self, line: int, text: str, what: str, kind: str = NUMBER) -> float:
+        """A finite number of a line, of one of the three kinds."""
+        try:
+            value = float(text)
+        except ValueError:
+            self.fail(line, f"{what} is {text!r}; expected a number")
+        if not math.isfinite(value):
+            self.fail(line, f"{what} is {text!r}; expected a finite number")
+        if (kind == POSITIVE and value <= 0.0) or (kind == NOT_NEGATIVE and value < 0.0):
+            self.fail(line, f"{what} is {text!r}; expected {kind}")
+        return value

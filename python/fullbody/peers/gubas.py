@@ -16,7 +16,7 @@ from ._text import naming
 if TYPE_CHECKING:
     from ..model.state import State
     from ..motion.simulation import System
-    from ._gubas_files import Setup
+    from ._gubas_files import Start
 
 __all__ = ["read_gubas"]
 
@@ -37,7 +37,15 @@ def read_gubas(
     the inertial frame. The secondary's spin is along its own axes in the ``.cfg``, and along the primary's in
     ``ic_input.txt``; a density is g/cm^3 in the former and kg/km^3 in the latter, which writes semi-axes in metres
     beside a state in kilometres. The barycentre is put at rest at the origin. ``ic_input.txt`` is read in its three
-    published layouts: without fly-by, with it, and with fly-by and heliocentric orbit (GUBAS-RS).
+    published layouts: without fly-by, with it, and with fly-by and heliocentric orbit.
+
+    What is switched on beside gravity becomes forces of the system, computed rightly where GUBAS errs (see the
+    warnings). "Flyby" and "Heliocentric Orbit" are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun.
+    They go round the binary on the given elements, as there: elements of the binary about the Sun put the Sun opposite,
+    where it has the same tide but for the odd orders. The Sun's mass is the option "Solar Mass". "Solar Gravity" is
+    a Sun on a circular orbit in the plane z = 0, which is on the -x axis at the start. "Tidal Torque" is a
+    :class:`fullbody.forces.Tide` on each body. The lag angle eps is turned into a lag by sin(2 eps) = f lag, where f is
+    the larger one of 2 abs(omega - n) and n at the start, omega the body's spin and n the orbit's rate.
 
     Parameters
     ----------
@@ -62,13 +70,15 @@ def read_gubas(
     ------
     InvalidInput
         For what is not there, and for what is no number, not above zero or no rotation, with the file's line; for
-        angles beside comments of both units; and for what this package does not have: polyhedra, fly-bys, the Sun's
-        gravity, tides, and the separate file of initial conditions (Fahnestock's).
+        angles beside comments of both units; for two Suns; and for what this package does not have: polyhedra and the
+        separate file of initial conditions (Fahnestock's).
 
     Warns
     -----
     UserWarning
-        For Euler angles whose unit is in doubt.
+        For Euler angles whose unit is in doubt, and for forces where GUBAS's own result differs: it leaves out the
+        torques of third bodies and displaces the secondary in their pull, its tides add energy, and its "Solar Gravity"
+        is that of a fixed direction.
 
     References
     ----------
@@ -96,15 +106,15 @@ def read_gubas(
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
     if as_path(path).suffix.lower() == ".cfg":
-        setup, doubt = read_config(path, euler)
+        start, doubt = read_config(path, euler)
         if doubt is not None:
             caution(f"{path} gives Euler angles, {doubt}", UserWarning)
     else:
-        setup = read_numbers(path)
-    return _build(path, setup, units, options)
+        start = read_numbers(path)
+    return _build(path, start, units, options)
 
 
-def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tuple[System, State]:
+def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tuple[System, State]:
     from ..model.state import State
     from ..motion.simulation import System
 
@@ -114,22 +124,30 @@ def _build(path: Any, setup: Setup, units: bool, options: dict[str, Any]) -> tup
         bodies = [
             Body(_shape(flag, axes), density=density, name=name)
             for name, flag, axes, density in zip(
-                ("primary", "secondary"), setup.shapes, setup.semi_axes, setup.densities, strict=True
+                ("primary", "secondary"), start.shapes, start.semi_axes, start.densities, strict=True
             )
         ]
-        system = System(bodies, G=setup.G, units=_UNITS if units else None, **options)
-        q_a = quaternion(setup.a_to_n)
-        q_b = quaternion(setup.a_to_n @ setup.b_to_a)
+        system = System(bodies, G=start.G, units=_UNITS if units else None, **options)
+        q_a = quaternion(start.a_to_n)
+        q_b = quaternion(start.a_to_n @ start.b_to_a)
+        turns, spins = (start.a_to_n, start.a_to_n @ start.b_to_a), (start.spin_a, start.spin_b)
+        relative = np.array([start.a_to_n @ start.position, start.a_to_n @ start.velocity])
+        inertial = np.array([turn @ spin for turn, spin in zip(turns, spins, strict=True)])
+        outside = start.outside.forces(start.time, relative, inertial)
+        if outside:
+            system = system.with_forces([*system.forces, *outside])
         total = sum(body.mass for body in bodies)
         share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
         attach = system._units.attach
         state = State(
-            attach(share * (setup.a_to_n @ setup.position), "length"),
-            attach(share * (setup.a_to_n @ setup.velocity), "velocity"),
+            attach(share * (start.a_to_n @ start.position), "length"),
+            attach(share * (start.a_to_n @ start.velocity), "velocity"),
             np.array([q_a, q_b]),
-            attach(np.array([setup.spin_a, setup.spin_b]), "spin"),
-            attach(np.float64(setup.start), "time"),
+            attach(np.array([start.spin_a, start.spin_b]), "spin"),
+            attach(np.float64(start.time), "time"),
         )
+    for doubt in start.outside.doubts():
+        caution(f"{path} asks for {doubt}", UserWarning)
     return system, state._named(system.names)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..base.units import Units, need
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 from ..model.bodies import Body, PointMass, Sphere
 
 if TYPE_CHECKING:
@@ -58,6 +58,11 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
         For massless particles and for test particles that have a mass (those from ``N_active`` on), which this package
         does not have, for a simulation without particles, and for units other than those it carries.
 
+    Warns
+    -----
+    UserWarning
+        For a simulation with additional forces or operators, such as those of REBOUNDx, which are left out.
+
     Examples
     --------
     >>> import fullbody, rebound
@@ -92,6 +97,10 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
         shape = Sphere(float(particle.r)) if particle.r > 0.0 else PointMass()
         name = getattr(particle, "name", None)
         bodies.append(Body(shape, mass=float(particle.m), name=name if isinstance(name, str) and name else None))
+    hooks = ("_additional_forces", "_pre_timestep_modifications", "_post_timestep_modifications")
+    if any(bool(getattr(sim, hook, None)) for hook in hooks):
+        text = "the simulation has additional forces or operators, which are left out: functions cannot be read"
+        caution(f"{text}; expected fullbody.forces in place of them", UserWarning)
     system = System(bodies, G=float(sim.G), units=names, **options)
     attach = system._units.attach
     state = State(
@@ -147,7 +156,8 @@ def to_rebound(system: System, state: State) -> Any:
     """A ``rebound.Simulation`` of the bodies as point masses.
 
     Radii are those of the spheres of equal volume. The numbers are in the system's own units, with its G; attitudes
-    and spins are left out. Particles have the bodies' names where rebound knows names, from its version 5 on.
+    and spins are left out, and so are forces from outside.
+    Particles have the bodies' names where rebound knows names, from its version 5 on.
 
     Parameters
     ----------
@@ -164,6 +174,11 @@ def to_rebound(system: System, state: State) -> Any:
         For a state of another number of bodies.
     ModuleNotFoundError
         Without the package ``rebound``.
+
+    Warns
+    -----
+    UserWarning
+        For a system with forces from outside.
 
     Examples
     --------
@@ -182,6 +197,10 @@ def to_rebound(system: System, state: State) -> Any:
     core = system._strip(state)
     if len(state) != len(system):
         raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")
+    if system.forces:
+        lost = ", ".join(force.name for force in system.forces)
+        text = f"the simulation of rebound is left to its own gravity: it has none of the forces from outside ({lost})"
+        caution(text, UserWarning)
     sim = rebound.Simulation()
     sim.G = system._G
     sim.t = core.time

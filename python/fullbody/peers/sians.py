@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from math import pi
+from math import pi, prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.arguments import named_options
 from ..base.units import Units
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
+from ..forces import ThirdBody
 from ..model.bodies import Body, Ellipsoid, PointMass
 from ..orbit.elements import KeplerElements
-from ._text import fail, naming, number, read_lines
+from ._text import Text, naming
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["read_sians"]
 
-#: The program's own constant, m^3 kg^-1 s^-2.
+#: The program's own constant, m^3 kg^-1 s^-2, and its mass of the Sun, in the file's unit of mass.
 _G_SI = 6.67408e-11
+_SUN = 1.989e30
 #: Its names of units: (length, time, mass), G in them, and its periods in them (it takes "kms" periods as seconds).
 _UNITS: dict[str | None, tuple[tuple[str, str, str], float, float]] = {
     "SI": (("m", "s", "kg"), _G_SI, 86400.0),
@@ -34,6 +35,7 @@ _SETTINGS = ("t_end", "N", "ntol", "iabstol", "ireltol", "quadval", "quadnode", 
 #: What decides on the meaning of the rest, and its values. Without ``sun`` there is none, without ``density`` the
 #: section of masses has masses.
 _SWITCHES = {"kepler": (0, 1, 2), "sun": (0, 1), "density": (0, 1)}
+_PI = {"pi": pi, "-pi": -pi, "+pi": pi}
 _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angular velocities", "binary ids", "names")
 
 
@@ -46,6 +48,10 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     With ``kepler: 2`` (semi-major axis, eccentricity, inclination; node, argument of periapsis, mean anomaly) and
     ``kepler: 1`` (period, eccentricity, inclination; node, argument of periapsis, mean longitude counted from the
     node) the first body rests at the origin and the second carries the whole relative state, as there.
+
+    With ``sun: 1`` positions and velocities count from the Sun, and Kepler elements of the first body are those of its
+    orbit about the Sun. The Sun of 1.989e30 (kg, or the file's unit) becomes a :class:`fullbody.forces.ThirdBody`, and
+    the state counts from the barycentre.
 
     Parameters
     ----------
@@ -66,8 +72,13 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     ------
     InvalidInput
         For what is not a number, with the file's line, or not there (``kepler`` decides whether positions are elements
-        and has no default); and for what this package does not have: polyhedra, the Sun's gravity, Kepler elements of
-        more than two bodies.
+        and has no default); and for what this package does not have: polyhedra, Kepler elements of more than two
+        bodies.
+
+    Warns
+    -----
+    UserWarning
+        For a file with the Sun: SIANS's pulls on the bodies' centres alone, here it also turns the bodies.
 
     Notes
     -----
@@ -116,17 +127,23 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     from ..motion.simulation import System
 
     names, G, day = _scale(units)
-    file = _parse(path)
-    bodies = _bodies(path, file)
-    angles = np.radians(_vectors(path, file, "angles"))
-    spin = _vectors(path, file, "angular velocities")
+    file = _File(path)
+    bodies = _bodies(file)
+    angles = np.radians(file.vectors("angles"))
+    spin = file.vectors("angular velocities")
+    masses = np.array([body.mass for body in bodies])
     if file.switches["kepler"] == 0:
-        position, velocity = _vectors(path, file, "positions"), _vectors(path, file, "velocities")
+        motion = np.array([file.vectors("positions"), file.vectors("velocities")])
     else:
-        masses = [body.mass for body in bodies]
-        position, velocity = _from_elements(path, file, G * sum(masses), day)
+        motion = _from_elements(file, G, masses, day)
+    forces = []
+    if file.switches["sun"]:
+        motion, orbit = _about_sun(file, motion, G, masses)
+        forces.append(ThirdBody(mu=G * _SUN, orbit=orbit, of="system", name="Sun"))
+    position, velocity = motion
     with naming(path):
         system = System(bodies, G=G, units=names, **options)
+        system = system.with_forces([*system.forces, *forces]) if forces else system
         attach = system._units.attach
         state = State.from_tait_bryan(
             attach(position, "length"),
@@ -135,6 +152,9 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
             attach(spin, "spin"),
             attach(np.float64(0.0), "time"),
         )
+    if forces:
+        text = "the Sun's gravity: SIANS's pulls on the bodies' centres alone; here it also turns the bodies"
+        caution(f"{path} asks for {text}", UserWarning)
     return system, state._named(system.names)
 
 
@@ -154,153 +174,158 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
     return wanted.names, G, float(u.day.to(wanted.unit("time")))
 
 
-@dataclass
-class _File:
-    """Rows of a section are (line, words)."""
+class _File(Text):
+    """Switches, and sections of rows of words."""
 
-    switches: dict[str, int] = field(default_factory=lambda: {"sun": 0, "density": 0})
-    sections: list[list[tuple[int, list[str]]]] = field(default_factory=list)
-    starts: list[int] = field(default_factory=list)
+    def __init__(self, path: Any) -> None:
+        super().__init__(path)
+        self.switches = {"sun": 0, "density": 0}
+        #: The line of its head, and (line, words) of each row.
+        self._sections: list[tuple[int, list[tuple[int, list[str]]]]] = []
+        for line, text in enumerate(self.lines, start=1):
+            words = text.split("#")[0].split()
+            if not words:
+                continue
+            if words[0].startswith("@"):
+                self._sections.append((line, []))
+                if len(self._sections) > len(_SECTIONS):
+                    self.fail(line, f"one section too many; expected {', '.join(_SECTIONS)}")
+            elif self._sections:
+                self._sections[-1][1].append((line, words))
+            else:
+                self._setting(line, words)
+        if "kepler" not in self.switches:
+            values = " or ".join(f"'kepler: {value}'" for value in _SWITCHES["kepler"])
+            self.fail(None, f"no parameter 'kepler'; expected a line {values} before the first section")
+        # Only Kepler elements need to know which body goes about which.
+        needed = _SECTIONS[: 7 if self.switches["kepler"] else 6]
+        missing = needed[len(self._sections) :]
+        if missing:
+            self.fail(None, f"no section of {missing[0]}; expected, each after a line with @: {', '.join(needed)}")
 
-    def rows(self, name: str) -> list[tuple[int, list[str]]]:
+    def _setting(self, line: int, words: list[str]) -> None:
+        name = words[0].removesuffix(":")
+        if name == words[0] or len(words) != 2:
+            written = " ".join(words)
+            self.fail(line, f"{written!r} is no setting; expected a name, a colon and a number, such as 'sun: 0'")
+        if name not in (*_SETTINGS, *_SWITCHES):
+            known = ", ".join((*_SETTINGS, *_SWITCHES))
+            self.fail(line, f"{name!r} is no setting of SIANS; expected one of {known}")
+        value = self.number(line, words[1], name)
+        if name in _SWITCHES:
+            if value not in _SWITCHES[name]:
+                self.fail(line, f"{name} is {words[1]}; expected one of {_SWITCHES[name]}")
+            self.switches[name] = int(value)
+
+    def head(self, name: str) -> int:
+        """The line of the head of a section."""
+        return self._sections[_SECTIONS.index(name)][0]
+
+    def rows(self, name: str, count: int | None = None) -> list[tuple[int, list[str]]]:
+        """The rows of a section, one a body; an error for another number of them than the count."""
         index = _SECTIONS.index(name)
-        return self.sections[index] if index < len(self.sections) else []
+        if index >= len(self._sections):
+            return []
+        start, rows = self._sections[index]
+        if count is not None and len(rows) != count:
+            line = rows[count][0] if len(rows) > count else start
+            bodies = f"{len(rows)} bodies in the section of {name}"
+            self.fail(line, f"{bodies}; expected {count}, as in the section of masses")
+        return rows
+
+    def product(self, line: int, text: str, what: str) -> float:
+        """A number, or products with one division, of numbers and pi: ``(3*pi)/(2*2)``."""
+        factors = re.sub("[()]", "", text).split("/")
+        if len(factors) > 2:
+            self.fail(line, f"{what} is {text!r}; expected at most one division")
+        above, below = (
+            prod(_PI.get(term) or self.number(line, term, what) for term in factor.split("*"))
+            for factor in (factors[0], factors[1] if len(factors) == 2 else "1")
+        )
+        if below == 0.0:
+            self.fail(line, f"{what} is {text!r}, a division by zero")
+        return above / below
+
+    def vectors(self, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """A section of three numbers a body (N, 3)."""
+        rows = self.rows(name, len(self.rows("masses")))
+        for line, words in rows:
+            if len(words) != 3:
+                self.fail(line, f"{name} of a body are {len(words)} words; expected three numbers")
+        return np.array([[self.product(line, word, name) for word in words] for line, words in rows])
 
 
-def _parse(path: Any) -> _File:
-    file = _File()
-    for line, text in enumerate(read_lines(path), start=1):
-        words = text.split("#")[0].split()
-        if not words:
-            continue
-        if words[0].startswith("@"):
-            file.sections.append([])
-            file.starts.append(line)
-            if len(file.sections) > len(_SECTIONS):
-                fail(path, line, f"one section too many; expected {', '.join(_SECTIONS)}")
-        elif file.sections:
-            file.sections[-1].append((line, words))
-        else:
-            _setting(path, line, words, file)
-    if "kepler" not in file.switches:
-        values = " or ".join(f"'kepler: {value}'" for value in _SWITCHES["kepler"])
-        fail(path, None, f"no parameter 'kepler'; expected a line {values} before the first section")
-    # Which body goes about which is asked of Kepler elements only.
-    needed = _SECTIONS[: 7 if file.switches["kepler"] else 6]
-    missing = needed[len(file.sections) :]
-    if missing:
-        fail(path, None, f"no section of {missing[0]}; expected, each after a line with @: {', '.join(needed)}")
-    return file
-
-
-def _setting(path: Any, line: int, words: list[str], file: _File) -> None:
-    name = words[0].removesuffix(":")
-    if name == words[0] or len(words) != 2:
-        fail(path, line, f"{' '.join(words)!r} is no setting; expected a name, a colon and a number, such as 'sun: 0'")
-    if name not in (*_SETTINGS, *_SWITCHES):
-        fail(path, line, f"{name!r} is no setting of SIANS; expected one of {', '.join((*_SETTINGS, *_SWITCHES))}")
-    value = number(path, line, words[1], name)
-    if name in _SWITCHES:
-        if value not in _SWITCHES[name]:
-            fail(path, line, f"{name} is {words[1]}; expected one of {_SWITCHES[name]}")
-        if name == "sun" and value == 1:
-            fail(path, line, "the file asks for the Sun's gravity, which fullbody does not have")
-        file.switches[name] = int(value)
-
-
-def _value(path: Any, line: int, text: str, what: str) -> float:
-    """A number, or products with one division, of numbers and pi: ``(3*pi)/(2*2)``."""
-    factors = re.sub("[()]", "", text).split("/")
-    if len(factors) > 2:
-        fail(path, line, f"{what} is {text!r}; expected at most one division")
-    products = []
-    for factor in factors:
-        total = 1.0
-        for term in factor.split("*"):
-            total *= {"pi": pi, "-pi": -pi, "+pi": pi}.get(term) or number(path, line, term, what)
-        products.append(total)
-    if len(products) == 2 and products[1] == 0.0:
-        fail(path, line, f"{what} is {text!r}, a division by zero")
-    return products[0] / products[1] if len(products) == 2 else products[0]
-
-
-def _vectors(path: Any, file: _File, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """A section of three numbers a body (N, 3)."""
-    count, rows = len(file.rows("masses")), file.rows(name)
-    _check_count(path, file, name, count)
-    for line, words in rows:
-        if len(words) != 3:
-            fail(path, line, f"{name} of a body are {len(words)} words; expected three numbers")
-    return np.array([[_value(path, line, word, name) for word in words] for line, words in rows])
-
-
-def _check_count(path: Any, file: _File, name: str, count: int) -> None:
-    rows = file.rows(name)
-    if len(rows) != count:
-        start = file.starts[_SECTIONS.index(name)]
-        line = rows[count][0] if len(rows) > count else start
-        fail(path, line, f"{len(rows)} bodies in the section of {name}; expected {count}, as in the section of masses")
-
-
-def _bodies(path: Any, file: _File) -> list[Body]:
+def _bodies(file: _File) -> list[Body]:
     rows = file.rows("masses")
     if len(rows) < 2:
-        fail(path, file.starts[0], f"{len(rows)} bodies in the section of masses; expected two or more")
-    _check_count(path, file, "semi-axes", len(rows))
-    names = _names(path, file, len(rows))
+        file.fail(file.head("masses"), f"{len(rows)} bodies in the section of masses; expected two or more")
+    names = _names(file, len(rows))
     bodies = []
-    for index, ((line, words), (axes_line, axes)) in enumerate(zip(rows, file.rows("semi-axes"), strict=True)):
+    for name, (line, words), (axes_line, axes) in zip(names, rows, file.rows("semi-axes", len(rows)), strict=True):
         if len(words) != 1:
-            fail(path, line, f"{len(words)} words for a mass; expected one number")
+            file.fail(line, f"{len(words)} words for a mass; expected one number")
         if len(axes) in (1, 2):
-            fail(path, axes_line, f"the file asks for the polyhedron {axes[0]!r}, which fullbody does not have")
+            file.fail(axes_line, f"the file asks for the polyhedron {axes[0]!r}, which fullbody does not have")
         if len(axes) != 3:
-            fail(path, axes_line, f"{len(axes)} words for semi-axes; expected three numbers")
-        value = _value(path, line, words[0], "mass")
-        sizes = [_value(path, axes_line, axis, "a semi-axis") for axis in axes]
-        name = names[index]
+            file.fail(axes_line, f"{len(axes)} words for semi-axes; expected three numbers")
+        value = file.product(line, words[0], "mass")
+        sizes = [file.product(axes_line, axis, "a semi-axis") for axis in axes]
         try:
-            point = not any(sizes)
-            shape = PointMass() if point else Ellipsoid(*sizes)
-            if file.switches["density"]:
-                # The program multiplies density by volume in just this way.
-                bodies.append(Body(shape, density=value, name=name))
-            else:
-                bodies.append(Body(shape, mass=value, name=name))
+            shape = Ellipsoid(*sizes) if any(sizes) else PointMass()
+            # The program multiplies a density by the volume too.
+            bodies.append(Body(shape, **{"density" if file.switches["density"] else "mass": value}, name=name))
         except InvalidInput as error:
-            fail(path, axes_line if "axis" in str(error) else line, str(error))
+            file.fail(axes_line if "axis" in str(error) else line, str(error))
     return bodies
 
 
-def _names(path: Any, file: _File, count: int) -> list[str | None]:
-    rows = file.rows("names")
-    if not rows:
-        return [None] * count
-    _check_count(path, file, "names", count)
+def _names(file: _File, count: int) -> list[str | None]:
     names: list[str | None] = []
-    for line, words in rows:
+    for line, words in file.rows("names") and file.rows("names", count):
         if (name := " ".join(words)) in names:
-            fail(path, line, f"{name!r} is the name of body {names.index(name)} too; expected distinct names")
+            file.fail(line, f"{name!r} is the name of body {names.index(name)} too; expected distinct names")
         names.append(name)
-    return names
+    return names or [None] * count
 
 
-def _from_elements(path: Any, file: _File, mu: float, day: float | None) -> tuple[Any, Any]:
-    if len(file.rows("masses")) > 2:
-        fail(path, None, "the file gives Kepler elements for more than two bodies, which fullbody does not read")
-    _check_count(path, file, "binary ids", 2)
+def _from_elements(file: _File, G: float, masses: Any, day: float | None) -> Any:
+    """Positions and velocities (2, 2, 3) from the first body, or where there is the Sun from that."""
+    if len(masses) > 2:
+        file.fail(None, "the file gives Kepler elements for more than two bodies, which fullbody does not read")
+    file.rows("binary ids", 2)
+    first = np.zeros((2, 3))
+    if file.switches["sun"]:
+        first = _orbit(file, 0, G * (_SUN + masses[0]), day)
+    return np.stack([first, first + _orbit(file, 1, G * masses.sum(), day)], axis=1)
+
+
+def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
+    """Position and velocity (2, 3) by the elements in the rows of a body."""
     (node, periapsis, angle), (size, e, inclination) = (
-        _vectors(path, file, name)[1] for name in ("positions", "velocities")
+        file.vectors(name)[body] for name in ("positions", "velocities")
     )
-    line = file.rows("velocities")[1][0]
+    line = file.rows("velocities")[body][0]
     node, periapsis, angle, inclination = np.radians([node, periapsis, angle, inclination])
     if file.switches["kepler"] == 1:
         if day is None:
-            fail(path, line, "the file gives a period in days; read it with units='kmhr' or others")
+            file.fail(line, "the file gives a period in days; read it with units='kmhr' or others")
         size = np.cbrt(mu * (size * day / (2 * np.pi)) ** 2)
         angle -= periapsis
     try:
-        r, v = KeplerElements(size, e, inclination, node, periapsis, angle).to_cartesian(mu)
+        return np.array(KeplerElements(size, e, inclination, node, periapsis, angle).to_cartesian(mu))
     except InvalidInput as error:
-        fail(path, line, str(error))
-    return np.array([np.zeros(3), r]), np.array([np.zeros(3), v])
+        file.fail(line, str(error))
+
+
+def _about_sun(file: _File, motion: Any, G: float, masses: Any) -> tuple[Any, Any]:
+    """Positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
+    shares = masses / masses.sum()
+    # By way of the first body, which loses no digits.
+    from_first = motion - motion[:, :1]
+    barycentre = np.einsum("n,knx->kx", shares, from_first)
+    try:
+        r, v = motion[:, 0] + barycentre
+        orbit = KeplerElements.from_cartesian(r, v, G * (_SUN + masses.sum()))
+    except InvalidInput as error:
+        file.fail(file.head("positions"), f"orbit about the Sun: {error}")
+    return from_first - barycentre[:, None], orbit

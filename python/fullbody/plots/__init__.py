@@ -29,14 +29,14 @@ class Plots:
     Parameters
     ----------
     run : Run
-        With at least one sample.
+        A run with at least one sample.
 
     Examples
     --------
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
-    <plots of 11 samples: angles, elements, energy, libration, orbit, scene, spins; call it for a summary>
+    <plots of 11 samples: angles, elements, energy, libration, orbit, scene, spins, work; call it for a summary>
     """
 
     __slots__ = ("_run",)
@@ -50,7 +50,7 @@ class Plots:
     __hash__ = None  # type: ignore[assignment]
 
     def __call__(self, figure: Any = None, *, body: int | str = 1, about: int | str = 0) -> Page:
-        """One page: orbit, elements, spins, librations, conservation.
+        """One page: orbit, elements, spins, librations, conservation, and the work of forces from outside.
 
         Parameters
         ----------
@@ -174,8 +174,8 @@ class Plots:
     def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Axes:
         """Roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
 
-        Of a body that goes round under the other one, or whose samples do not tell how it turns, the angle of its
-        z-axis from the orbit's normal instead; see :func:`fullbody.observables.roll_pitch_yaw`.
+        For a body that goes round under the other one, or whose samples do not show how it turns, the angle of its
+        z-axis from the orbit's normal is drawn instead; see :func:`fullbody.observables.roll_pitch_yaw`.
 
         Parameters
         ----------
@@ -222,6 +222,34 @@ class Plots:
         drawn: Axes = energy(self._run, ax, **kwargs)
         return drawn
 
+    def work(self, ax: Any = None, **kwargs: Any) -> Axes:
+        """What each force from outside has added to the energy since the start of the run.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        **kwargs
+            To ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        InvalidInput
+            For a run without forces.
+
+        Notes
+        -----
+        Where the forces' work differs by more than thirty times, the axis is linear up to the smallest one's largest
+        work and logarithmic beyond.
+        """
+        from .work import work
+
+        drawn: Axes = work(self._run, ax, **kwargs)
+        return drawn
+
     def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Axes3D:
         """The bodies in 3D with their axes at a time.
 
@@ -261,5 +289,5 @@ class Plots:
         return None if bodies is None else [self._place(body, "one of bodies") for body in bodies]
 
     def __repr__(self) -> str:
-        names = "angles, elements, energy, libration, orbit, scene, spins"
+        names = "angles, elements, energy, libration, orbit, scene, spins, work"
         return f"<plots of {len(self._run)} samples: {names}; call it for a summary>"

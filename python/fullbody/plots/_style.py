@@ -156,7 +156,8 @@ def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
 
 
 def steady(ax: Any, scale: float = 0.0) -> None:
-    """Where all curves are level but for round-off, show them as level: the ticks would count digits.
+    """Where all curves are level but for round-off, show them as level: otherwise the ticks would resolve the
+    round-off.
 
     Level is what stays within 1e-8 of its size, or of ``scale`` where it is smaller than that.
     """
@@ -273,18 +274,11 @@ def check_samples(run: BaseRun) -> None:
 
 
 def attitudes_of(run: BaseRun, body: int) -> _core.State:
-    """Those of one body along the run."""
+    """The attitudes of one body along the run."""
     return attitudes(run._record["attitude"][:, body])
 
 
 def semi_axes(run: BaseRun, body: int) -> Array | None:
     """Semi-axes (3,) in the system's units, ``None`` for a point."""
-    axes = run.system.bodies[body].shape.semi_axes
-    if axes is None:
-        return None
-    return np.array([float(run.system._units.strip(axis, "length", "semi-axis")) for axis in axes])
-
-
-def masses(run: BaseRun) -> Array:
-    """Masses (N,) as numbers."""
-    return np.array([body._core(run.system._units, i).mass for i, body in enumerate(run.system.bodies)])
+    axes = run.system.bodies[body]._semi_axes(run.system._units)
+    return None if axes is None else np.array(axes)

@@ -54,7 +54,7 @@ def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[fl
     known = run._record["time"]
     times = np.linspace(known[0], known[-1], max(2, round(seconds * fps)) if len(known) > 1 else 1)
     warn_if_aliased(run, times)
-    # A figure of no window: a film is a file.
+    # The figure has no window, since a film is a file.
     figure = matplotlib("figure").Figure(figsize=size)
     matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
     ax = stage(figure)
@@ -65,7 +65,7 @@ def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[fl
         artist.remove()
     centres, attitudes = at(run, times)
     near = split_far(run)[0]
-    # As many decimals in all pictures as tell one from the next.
+    # All pictures have as many decimals as tell the time of one from that of the next.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
     writer: Any
@@ -94,12 +94,12 @@ def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[fl
 
 @contextmanager
 def _failing_by_name(path: Path) -> Iterator[None]:
-    """A context in which ffmpeg's failing is an error of the file that was asked for."""
+    """A context in which a failure of ffmpeg becomes an error about the caller's file."""
     try:
         yield
     except CalledProcessError as error:
         told = str(error.stderr or "").strip().splitlines() or [f"status {error.returncode}"]
-        # Its words are about the file that is there while it works.
+        # Its message names the temporary file, which the caller does not know.
         words = re.sub(r"\S*\.[0-9a-f]{32}\.part\.mp4", str(path).replace("\\", r"\\"), "; ".join(told[-2:]))
         raise OSError(f"{path} cannot be written; ffmpeg ended with: {words}") from error
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.units import need, scalar
 from ..errors import InvalidInput
-from ._style import Array, masses, split_far
+from ._style import Array, split_far
 
 if TYPE_CHECKING:
     from ..record.base import BaseRun
@@ -83,7 +83,7 @@ def _from_barycentre(run: BaseRun, vectors: Array) -> Array:
     """Positions or velocities (T, N, 3) less those of the barycentre of the bodies that fit in one picture."""
     weights = np.zeros(len(run.system))
     near = split_far(run)[0]
-    weights[near] = masses(run)[near]
+    weights[near] = run.system._masses[near]
     return np.asarray(vectors - np.einsum("n,tnx->tx", weights / weights.sum(), vectors)[:, None])
 
 

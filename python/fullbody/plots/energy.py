@@ -1,4 +1,4 @@
-"""What should be conserved, and how well it is."""
+"""The drifts of energy and angular momentum."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def energy(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
         "angular_momentum_drift": "angular momentum",
     }
     for place, (of, name) in enumerate(drifts.items()):
-        # A body alone has no orbit, one at rest no angular momentum: nothing to be relative to.
+        # A drift that is relative to zero is left out: a body alone has no orbit, and one at rest no angular momentum.
         if not run._relative_to(of):
             continue
         drift = run._drift(of)

@@ -80,7 +80,7 @@ def stage(figure: Any) -> Any:
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
     """The caller's options of a surface under the names of its own style."""
-    # Of a surface these are another thing than the colour of all faces: an array of colours.
+    # For a surface these names mean an array of colours, and not one colour of all faces.
     kept = {name: value for name, value in kwargs.items() if name == "facecolors"}
     rest = {name: value for name, value in kwargs.items() if name not in kept}
     return {**wishes(rest, "collections.PolyCollection"), **kept}

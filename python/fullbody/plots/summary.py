@@ -14,6 +14,7 @@ from .energy import energy
 from .libration import libration
 from .orbit import orbit
 from .spins import spins
+from .work import work
 
 if TYPE_CHECKING:
     from ..record.base import BaseRun
@@ -29,8 +30,8 @@ class Page:
     ----------
     figure : matplotlib.figure.Figure or SubFigure
     axes : mapping of str to matplotlib Axes
-        ``"orbit"``, ``"a"``, ``"e"``, ``"i"``, ``"energy"``; and for each body ``"spin of NAME"`` and ``"attitude of
-        NAME"``.
+        ``"orbit"``, ``"a"``, ``"e"``, ``"i"``, ``"energy"``, with forces ``"work"``; and for each body
+        ``"spin of NAME"`` and ``"attitude of NAME"``.
     """
 
     figure: Any
@@ -46,11 +47,11 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
     if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
         raise InvalidInput(f"figure is {figure!r}; expected a matplotlib Figure or SubFigure")
     count = len(run.system)
-    pair = count > 1
+    pair, forces = count > 1, [force.name for force in run.system.forces]
     if figure is None:
-        size = (11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4)
+        size = (11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4 + (2.4 if forces else 0.0))
         figure = matplotlib().figure(figsize=size, layout="constrained")
-    heights = ([4.4] if pair else []) + [2.1 * count, 2.2]
+    heights = ([4.4] if pair else []) + [2.1 * count, 2.2] + ([2.2] if forces else [])
     rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
     axes: dict[str, Any] = {}
     if pair:
@@ -64,7 +65,7 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
             elements(run, panels, mu=None, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
-            # Such as motion along a line.
+            # Motion along a line, for instance, has no elements.
             for ax in panels:
                 ax.remove()
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
@@ -78,16 +79,18 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
             # The lowest panel names the time for all.
             ax.label_outer()
         except InvalidInput as error:
-            # Such as motion along a line, or a body alone.
+            # Motion along a line, for instance, and a body alone have no frame of an orbit.
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
             right.text(0.5, 1.0 - (place + 0.5) / count, note, ha="center", va="center")
     axes["energy"] = energy(run, rows[1].subplots())
+    if forces:
+        axes["work"] = work(run, rows[2].subplots())
     figure.align_ylabels()
     options, s = run.system.options, run.statistics
-    figure.suptitle(
-        f"{plain(joined(run))}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
-        f"{s.steps} steps, {len(run)} samples",
-        fontsize="medium",
-    )
+    title = f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
+    title += f"{s.steps} steps, {len(run)} samples"
+    if forces:
+        title += "\n" + fill(f"with {', '.join(forces)}", 110)
+    figure.suptitle(plain(title), fontsize="medium")
     return Page(figure, axes)

@@ -1,1 +1,1 @@
-"""What a run is made by and keeps: integrators, samples, the start, the continuous solution."""
+"""Integrators, and the record of a run: samples, the start, the continuous solution."""

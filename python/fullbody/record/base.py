@@ -1,4 +1,4 @@
-"""What a run recorded, as arrays, and how well it conserved what is conserved."""
+"""The samples of a run as arrays, and how well it kept energy and angular momentum."""
 
 from __future__ import annotations
 
@@ -26,15 +26,21 @@ from .integrators import Integrator
 from .statistics import Statistics
 from .track import Track
 
-__all__ = ["BaseRun"]
+__all__ = ["STOP_REASONS", "BaseRun"]
 
 
-#: What ended a run before its time.
-_STOPPED = {"event": "by the last event", "interrupted": "by an interrupt", "unfinished": "by an error"}
+#: Why a run may end, with words for an early end; ``"unknown"`` in a run from a file that does not tell.
+STOP_REASONS = {
+    "end": None,
+    "event": "by the last event",
+    "interrupted": "by an interrupt",
+    "unfinished": "by an error",
+    "unknown": None,
+}
 
 
 class BaseRun(Tabled):
-    """What an integration recorded; K samples of N bodies.
+    """The record of an integration: K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
     :class:`Run` (its start, statistics and events are the whole run's).
@@ -46,7 +52,7 @@ class BaseRun(Tabled):
     statistics : Statistics
     integrator : Integrator
     events : list of Occurrence
-        What was watched for and happened, in order of the run.
+        The events that happened, in order of the run.
     stop_reason : str
         ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
         error); ``"unknown"`` in a run from a file that does not tell.
@@ -223,15 +229,15 @@ class BaseRun(Tabled):
         if kinds:
             rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
         rows += [(f"{name} switched off", f"{times} times") for name, times in self.switched_off.items()]
-        if self.stop_reason in _STOPPED:
-            rows.append(("stopped", _STOPPED[self.stop_reason]))
+        if early := STOP_REASONS[self.stop_reason]:
+            rows.append(("stopped", early))
         drifts = {
             "energy_drift": "drift of the energy{}, relative to the total",
             "energy_drift_orbital": "drift of the energy{}, relative to the orbit's",
             "angular_momentum_drift": "drift of the angular momentum{}, relative",
         }
         since = "" if start else " since the first sample"
-        # Where there is something to be relative to.
+        # A drift that is relative to nothing is left out.
         rows += [
             (name.format(since), f"{np.abs(self._drift(of)).max():.2e}")
             for of, name in drifts.items()
@@ -365,7 +371,7 @@ class BaseRun(Tabled):
         The work of forces from outside is taken off: what is left is the error of the integration.
         Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
         """
-        return self._told("energy_drift")
+        return self._drift_or_warning("energy_drift")
 
     @property
     def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
@@ -374,7 +380,7 @@ class BaseRun(Tabled):
         The energy of a fast spin can dwarf that of the orbit and hide its error. Absolute where there is no orbit.
         Where ``start`` is ``None``, it is the change since the first sample, with a ``UserWarning``.
         """
-        return self._told("energy_drift_orbital")
+        return self._drift_or_warning("energy_drift_orbital")
 
     @property
     def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
@@ -384,9 +390,9 @@ class BaseRun(Tabled):
         Absolute where that is zero. Where ``start`` is ``None``, it is the change since the first sample, with a
         ``UserWarning``.
         """
-        return self._told("angular_momentum_drift")
+        return self._drift_or_warning("angular_momentum_drift")
 
-    def _told(self, name: str) -> npt.NDArray[np.float64]:
+    def _drift_or_warning(self, name: str) -> npt.NDArray[np.float64]:
         if self._start is None and len(self._record["time"]):
             text = (
                 f"{name} is counted from the first sample, at time {self.time[0]}: the file that the run comes from "
@@ -399,7 +405,7 @@ class BaseRun(Tabled):
         return conserved.drift(name, self._reference(), self._record)
 
     def _relative_to(self, name: str) -> float:
-        """What a drift is relative to; zero where there is nothing, and in a run without samples."""
+        """The size that a drift is relative to; zero in a run without samples."""
         return conserved.size(name, self._reference()) if len(self._record["time"]) else 0.0
 
     def _reference(self) -> npt.NDArray[np.float64]:

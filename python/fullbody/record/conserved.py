@@ -1,7 +1,7 @@
-"""How well a motion keeps what it conserves.
+"""How well a motion keeps the quantities that it conserves.
 
-What is conserved stands in eight numbers: the time, the total, translational, rotational and potential energy, and the
-angular momentum.
+The conserved quantities stand in eight numbers: the time, the total, translational, rotational and potential energy,
+and the angular momentum.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def named(numbers: Any, units: Units) -> Invariants:
 
 
 def size(name: str, start: _Array) -> float:
-    """What a drift is relative to; may be zero."""
+    """The size that a drift is relative to, which may be zero."""
     _, total, translational, _, potential, *momentum = start
     if name == "angular_momentum_drift":
         return float(np.linalg.norm(momentum))
@@ -38,7 +38,8 @@ def size(name: str, start: _Array) -> float:
 
 
 def drift(name: str, start: _Array, record: Mapping[str, _Array]) -> _Array:
-    """The drift (K,) of the energies (K, 4) or angular momenta (K, 3) of a record since the start; absolute where its size is zero.
+    """The drift (K,) of the energies (K, 4) or angular momenta (K, 3) of a record since the start; absolute where its
+    size is zero.
 
     It is what is left after the work or the angular impulse of forces from outside, where the record has them.
     """

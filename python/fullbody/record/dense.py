@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import named_options
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Array, Scalar
@@ -97,7 +97,7 @@ class Dense:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Samples(Record):
+class Samples(ArrayFields):
     """States of a run at asked-for times.
 
     Attributes

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
-from ..base.arguments import named_options
-from ..base.units import gathered, is_quantity, numbers, scalar, strip_to
-from ..base.values import Alike
+from ..base.arguments import named_options, positive
+from ..base.values import ScalarFields
 from ..errors import InvalidInput, PrecisionWarning, caution
 
 __all__ = [
@@ -25,14 +23,14 @@ __all__ = [
 _Scheme = Literal["ABA864", "ABA1064", "leapfrog"]
 
 
-class Integrator(Alike):
+class Integrator(ScalarFields):
     """Base of all integrators."""
 
     __slots__ = ()
 
     @property
     def _tolerance(self) -> float | None:
-        """What the error of a step is held to, relative to the distance of the nearest body; none with fixed steps."""
+        """The tolerance of a step relative to the distance of the nearest body; none with fixed steps."""
         return None
 
     def _describe(self, strip: Any) -> dict[str, Any]:
@@ -57,18 +55,7 @@ def rebuild(described: dict[str, Any]) -> Integrator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Adaptive(Integrator):
-    """A Runge-Kutta pair with step control.
-
-    The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale at
-    the start: positions against the nearest separation, velocities against their own size or that of a circular orbit
-    there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure numbers.
-
-    Parameters
-    ----------
-    rtol, atol : float
-        From 0 to below 1, not both zero. Where their sum is below what doubles can do, rtol is raised to that, with a
-        warning.
-    """
+    """A Runge-Kutta pair with step control; :class:`Verner98` describes its tolerances."""
 
     #: Whether tolerances of zero mean the tightest steps that are of use.
     _to_roundoff: ClassVar[bool] = False
@@ -137,16 +124,18 @@ class Verner98(_Adaptive):
 
     @classmethod
     def to_roundoff(cls) -> Verner98:
-        """Steps so short that rounding alone is left: the energy walks at random, as the root of their number.
+        """Steps so short that rounding alone is left, whatever the eccentricity.
 
-        That is Brouwer's law. Here it holds for 1e7 steps and more, whatever the eccentricity. It costs two to three
-        times the evaluations of the default. The steps are controlled by a formula of order 6 instead of 8: the
-        estimate of order 8 is itself round-off where steps are as short.
+        The energy walks at random, as the root of the number of steps (Brouwer's law). Rounding has a small drift as
+        well: of two points of masses 7 to 3 some 2e-20 of the energy a step, which overtakes the walk after 1e5 steps
+        and makes 2e-13 of 1e7; in 1999 KW4 none is seen. It costs three times the evaluations of the default. The steps
+        are controlled by a formula of order 6 instead of 8: the estimate of order 8 is itself round-off where steps are
+        as short.
 
         Returns
         -------
         Verner98
-            With both tolerances zero.
+            The integrator with both tolerances zero.
 
         References
         ----------
@@ -219,19 +208,6 @@ class DormandPrince54(_Adaptive):
     """
 
 
-def _time(step: Any) -> Any:
-    """A step that is a finite time above zero; its unit is the system's to judge."""
-    step = gathered(step, "step")
-    if is_quantity(step):
-        from astropy import units as u
-
-        strip_to(step, u.s, "step")
-    value = scalar(numbers(getattr(step, "value", step), "step"), "step")
-    if not (math.isfinite(value) and value > 0.0):
-        raise InvalidInput(f"step is {step!r}; expected a finite time above zero")
-    return step
-
-
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
@@ -251,7 +227,7 @@ class LieGroupVariational(Integrator):
     step: Any
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "step", _time(self.step))
+        object.__setattr__(self, "step", positive(self.step, "s", "step"))
 
 
 @named_options
@@ -287,7 +263,7 @@ class SymplecticSplitting(Integrator):
     scheme: _Scheme = "ABA864"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "step", _time(self.step))
+        object.__setattr__(self, "step", positive(self.step, "s", "step"))
         schemes = get_args(_Scheme)
         if not (isinstance(self.scheme, str) and self.scheme in schemes):
             raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")

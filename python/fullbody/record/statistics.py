@@ -1,4 +1,4 @@
-"""What an integration counted."""
+"""Counts of steps and evaluations."""
 
 from __future__ import annotations
 

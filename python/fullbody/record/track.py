@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..typing import Array
 
 __all__ = ["Track"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Track(Record):
+class Track(ArrayFields):
     """One body along a run of K samples: ``run["Beta"]``. A body without a name is ``"body 1"``, by its place.
 
     Arrays are read-only; Quantities where the system has units.
@@ -23,7 +23,7 @@ class Track(Record):
     Attributes
     ----------
     name : str
-        Of the body; ``body i`` where none was given.
+        The body's name; ``body i`` where none was given.
     time : ndarray or Quantity, (K,)
     position : ndarray or Quantity, (K, 3)
         Centres, inertial.
@@ -62,6 +62,6 @@ class Track(Record):
 
 
 def attitudes(quaternions: npt.NDArray[np.float64]) -> _core.State:
-    """Attitudes (K, 4), for the core to turn into matrices (K, 3, 3) or angles (K, 3)."""
+    """Attitudes (K, 4) as a state of the core, which turns them into matrices (K, 3, 3) or angles (K, 3)."""
     zeros = np.zeros((len(quaternions), 3))
     return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)

@@ -1,4 +1,4 @@
-"""One body of a pair as papers describe it."""
+"""One body of a binary as papers describe it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from .. import frames
 from ..base import rotations
-from ..base.arguments import doubt_radians, named_options, pole, positive
+from ..base.arguments import doubt_radians, longitude_latitude, named_options, positive
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
-from ..base.values import Record, same
+from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from ..model.bodies import Ellipsoid
 
@@ -22,33 +22,35 @@ __all__ = ["Component"]
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
-class Component(Record, Tabled):
+class Component(ArrayFields, Tabled):
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters
     ----------
     semi_axes : (a, b, c), optional
-        Along the body's x, y and z. Of the three sizes give one.
+        The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters`` and ``diameter``.
     diameters : (2a, 2b, 2c), optional
         Whole axes instead of half ones.
     diameter : float or Quantity, optional
-        Of the sphere of equal volume, with ``axis_ratios``.
+        The diameter of the sphere of equal volume; ``axis_ratios`` shapes it.
     axis_ratios : (a/b, b/c)
-        With ``diameter``; one and one for a sphere. The second is b/c, as light curves are modelled with; of published
-        a/b and a/c it is the latter by the former: ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
+        The ratios of neighbouring axes, beside ``diameter``; one and one for a sphere. Models of light curves have
+        these two. Where a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3, 1.6 /
+        1.3)`` for a/b = 1.3 and a/c = 1.6.
     mass, density : float or Quantity, optional
-        At most one of the two. Without either the mass follows from what is known of the pair.
+        At most one of the two. Without either the mass follows from what is known of the binary.
     rotation_period : float or Quantity, optional
-        Of the spin about the body's z-axis; negative for a spin against it, infinite for none. Without it a body that
-        is not synchronous starts without rotation too, with a warning.
+        The period of the spin about the body's z-axis: negative for a spin against it, infinite for none. Without it a
+        body that is not synchronous starts without rotation too, with a warning.
     pole : (longitude, latitude), optional
-        Of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. Without it: the orbit's pole.
+        The direction of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. By default it is
+        the orbit's pole.
     rotation_angle : float or Quantity
-        From the ascending node of the body's equator to its x-axis at the start; see :func:`fullbody.frames.attitude`.
-        Not for a secondary that starts pointing at the primary.
+        The angle from the ascending node of the body's equator to its x-axis at the start; see
+        :func:`fullbody.frames.attitude`. A synchronous secondary takes none, since it points at the primary.
     name : str, optional
     tilt : float or Quantity
-        Of the body's z-axis from the orbit's pole, about the orbit's node; instead of ``pole``.
+        The angle from the orbit's pole to the body's z-axis, about the orbit's node; instead of ``pole``.
 
     Examples
     --------
@@ -85,7 +87,7 @@ class Component(Record, Tabled):
         doubt_radians(self.tilt, f"tilt of {called}")
         doubt_radians(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
-            pole(self.pole, f"pole of {called}")
+            longitude_latitude(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
             raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
         for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
@@ -98,7 +100,7 @@ class Component(Record, Tabled):
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     def _tables(self) -> tuple[Table, ...]:
-        """What is given of one body of a pair, and not what it is without that."""
+        """The given parameters of one body, without those that have their default."""
         rows: list[Sequence[str]] = []
         for part in fields(self):
             value = getattr(self, part.name)

@@ -1,17 +1,21 @@
-"""Masses, period and semi-major axis of a pair from what is known of them."""
+"""Masses, period and semi-major axis of a binary from what is known of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ..base.units import Units, numbers, scalar
 from ..errors import InvalidInput
+from ..model.bodies import Body
+from .component import Component
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is given; ``None`` for what is not."""
+    """The given numbers; ``None`` for those that are not."""
 
     G: float
     masses: tuple[float | None, float | None]
@@ -23,7 +27,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Found:
-    """What follows."""
+    """The numbers that follow from the given ones."""
 
     masses: tuple[float, float]
     period: float
@@ -32,7 +36,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Two values of one quantity."""
+    """Two values of one quantity, each with what it follows from."""
 
     what: str
     first: float
@@ -52,13 +56,56 @@ class Mismatch:
         )
 
 
+def known_from(
+    convert: Units,
+    gravity: float,
+    components: tuple[Component, Component],
+    total_mass: Any,
+    mass_ratio: Any,
+    equal_density: bool,
+    period: Any,
+    semi_major_axis: Any,
+) -> Known:
+    """What the arguments of :func:`binary` give, in plain numbers of one set of units."""
+
+    def plain(value: Any, dimension: str, what: str) -> float | None:
+        return None if value is None else _positive(scalar(convert.strip(value, dimension, what), what), value, what)
+
+    volumes, masses = [], []
+    for place, component in enumerate(components):
+        called = component.name if component.name is not None else f"body {place}"
+        volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
+        density = plain(component.density, "density", f"density of {called}")
+        volumes.append(volume)
+        masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
+    if equal_density and mass_ratio is not None:
+        raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
+    ratio = volumes[1] / volumes[0] if equal_density else None
+    if mass_ratio is not None:
+        ratio = _positive(scalar(numbers(mass_ratio, "mass_ratio"), "mass_ratio"), mass_ratio, "mass_ratio")
+    return Known(
+        gravity,
+        (masses[0], masses[1]),
+        plain(total_mass, "mass", "total_mass"),
+        ratio,
+        plain(period, "time", "period"),
+        plain(semi_major_axis, "length", "semi_major_axis"),
+    )
+
+
+def _positive(number: float, value: Any, what: str) -> float:
+    if not (np.isfinite(number) and number > 0.0):
+        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero")
+    return number
+
+
 def solve(known: Known) -> tuple[Found, list[Mismatch]]:
-    """What follows from what is given, and where it is given twice and differs.
+    """The numbers that follow from the given ones, and each comparison of two values of one quantity.
 
     Raises
     ------
     InvalidInput
-        For too little.
+        Where the given numbers do not suffice.
     """
     mismatches: list[Mismatch] = []
     kepler = None
@@ -66,10 +113,10 @@ def solve(known: Known) -> tuple[Found, list[Mismatch]]:
         kepler = 4 * np.pi**2 * known.semi_major_axis**3 / (known.G * known.period**2)
     total = known.total if known.total is not None else kepler
     masses = _split(known, total, mismatches)
-    both = sum(masses)
+    mass = sum(masses)
     if known.period is not None:
         period = known.period
-        axis = float(np.cbrt(known.G * both * (period / (2 * np.pi)) ** 2))
+        axis = float(np.cbrt(known.G * mass * (period / (2 * np.pi)) ** 2))
         if known.semi_major_axis is not None:
             mismatches.append(
                 Mismatch(
@@ -78,7 +125,7 @@ def solve(known: Known) -> tuple[Found, list[Mismatch]]:
             )
     elif known.semi_major_axis is not None:
         axis = known.semi_major_axis
-        period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * both)))
+        period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * mass)))
     else:
         raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
     return Found(masses, period, axis), mismatches
@@ -94,12 +141,12 @@ def _split(known: Known, total: float | None, mismatches: list[Mismatch]) -> tup
         return first, second
     one = first if first is not None else second
     if one is not None and known.ratio is not None:
-        pair = (one, one * known.ratio) if second is None else (one / known.ratio, one)
+        both = (one, one * known.ratio) if second is None else (one / known.ratio, one)
         if known.total is not None:
             mismatches.append(
-                Mismatch("the total mass", sum(pair), "a component and the ratio", known.total, "total_mass")
+                Mismatch("the total mass", sum(both), "a component and the ratio", known.total, "total_mass")
             )
-        return pair
+        return both
     if total is None:
         raise InvalidInput(
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "

@@ -23,6 +23,21 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     # or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
     spin = [0, 0, 0.3611]
 
+    [[forces]]                        # the arguments of a class of fullbody.forces; may be left out
+    kind = "ThirdBody"
+    name = "Sun"
+    mass = "1 M_sun"                  # or mu = ...
+    of = "system"                     # whose orbit it is: the system's about the Sun; "body": the third body's
+    orbit = { a = "0.64 au", e = 0.69, i = "38.9 deg", Omega = "245 deg", omega = "193 deg", M = 0 }
+    # or times = [0, 10, 20, 30] and positions = [[1e6, 0, 0], ...]
+
+    [[forces]]
+    kind = "Tide"                     # or "Yorp", "Byorp"
+    on = "Alpha"
+    by = "Beta"
+    k2 = 1e-5
+    lag = "30 s"
+
     [integrator]
     name = "Verner98"
     rtol = 1e-13
@@ -39,7 +54,7 @@ from __future__ import annotations
 
 import inspect
 import tomllib
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,14 +64,15 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..base.atomic import as_path, check_suffix, content
 from ..base.units import Units
-from ..base.values import Record
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES
 from ..model.bodies import Body, Ellipsoid, PointMass, Sphere
+from ..model.force import Force
 from ..model.state import State
 from ..motion.simulation import System
-from ..orbit.elements import KeplerElements
 from ..record import integrators
+from .toml_forces import ELEMENTS, elements, force
 from .toml_table import Table
 
 if TYPE_CHECKING:
@@ -69,14 +85,15 @@ _BODY = (
     *("name", "semi_axes", "radius", "point", "mass", "density"),
     *("position", "velocity", "orbit", "angles", "attitude", "spin", "rotation_period"),
 )
-_STATE = ("time", "position", "velocity", "spin")
-_DIMENSION = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
+#: The default first.
+_INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verner98"))
+_Array = npt.NDArray[np.float64]
 
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Setup(Record):
-    """What a ``system.toml`` asks for.
+class Setup(ArrayFields):
+    """A system, its start and its run, as a ``system.toml`` describes them.
 
     Attributes
     ----------
@@ -119,7 +136,7 @@ class Setup(Record):
                 self.state, end, output=self.output, integrator=self.integrator, progress=progress
             )
         except InvalidInput as error:
-            # Whether times fit is known only with the end.
+            # Whether the times fit is known only when the end is.
             if "output" not in str(error):
                 raise
             raise InvalidInput(f"{self.path}: run: {error}") from error
@@ -136,7 +153,7 @@ def read_toml(path: Any) -> Setup:
     Returns
     -------
     Setup
-        With ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
+        The set-up with its ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
 
     Raises
     ------
@@ -146,6 +163,28 @@ def read_toml(path: Any) -> Setup:
         Where there is no such file.
     """
     path = as_path(path)
+    top = Table(path, "", _content(path), Units())
+    top.only("system", "body", "forces", "integrator", "run")
+    top.units = _units(top.table("system"))
+    run, rows = top.table("run").only(*_RUN), top.tables("body")
+    bodies = [_body(row) for row in rows]
+    integrator = _integrator(top.table("integrator", required=False))
+    forces = [force(row) for row in top.tables("forces")] if "forces" in top else []
+    system = _system(top.table("system"), bodies, forces)
+    state = _state(run, system, rows)
+    attach = top.units.attach
+    return Setup(
+        path,
+        system,
+        state,
+        integrator,
+        attach(run.number("until", "time"), "time"),
+        attach(_output(run), "time") if "output" in run else None,
+        path.parent / _file(run),
+    )
+
+
+def _content(path: Path) -> dict[str, Any]:
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     if path.is_dir():
@@ -153,172 +192,156 @@ def read_toml(path: Any) -> Setup:
     written = content(path)
     try:
         # With or without the byte order mark that some editors write.
-        top = Table(path, "", tomllib.loads(written.decode("utf-8-sig")))
+        return tomllib.loads(written.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         is_run = written[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
         what = "NetCDF, as runs are recorded; fullbody.load reads those" if is_run else "not text"
         raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
     except (ValueError, RecursionError) as error:
-        # Not of TOML's own kind where Python's limits end it: for digits, and for brackets in brackets.
+        # Python's limits raise these: for digits of a number, and for brackets within brackets.
         raise InvalidInput(f"{path}: not valid TOML: {error}") from error
-    top.only("system", "body", "integrator", "run")
-    system_table, run_table = top.table("system"), top.table("run").only(*_RUN)
-    units = _units(system_table)
-    rows = top.tables("body")
-    bodies = [_body(table, units) for table in rows]
-    integrator = _integrator(top.table("integrator", required=False), units)
-    with system_table.naming(""):
-        system = _system(system_table, units, bodies)
-    state = _state(run_table, system, units, rows)
-    until = run_table.value("until", "time", units, ())
-    output = run_table.value("output", "time", units, None) if "output" in run_table else None
-    if output is not None and output.ndim == 0 and output <= 0.0:
-        raise run_table.fault(
-            "output", f"is {run_table.content['output']!r}; expected a spacing above zero, or a list of times"
-        )
-    name = run_table.text("file") if "file" in run_table else f"{path.stem}.nc"
-    with run_table.naming("file"):
-        check_suffix(name, SUFFIXES)
-    attach = units.attach
-    return Setup(
-        path,
-        system,
-        state,
-        integrator,
-        attach(float(until), "time"),
-        None if output is None else attach(output if output.ndim else float(output), "time"),
-        path.parent / name,
-    )
 
 
-def _units(table: Table) -> Units:
-    value = table.content.get("units")
-    with table.naming("units"):
+def _units(system: Table) -> Units:
+    value = system.content.get("units")
+    with system.naming("units"):
         return Units(tuple(value) if isinstance(value, list) else value)
 
 
-def _body(table: Table, units: Units) -> Body:
+def _output(run: Table) -> Any:
+    """A spacing above zero, or times."""
+    value = run.content["output"]
+    if isinstance(value, list):
+        return run.vector("output", "time")
+    spacing = run.number("output", "time")
+    if spacing <= 0.0:
+        raise run.fault("output", f"is {value!r}; expected a spacing above zero, or a list of times")
+    return spacing
+
+
+def _file(run: Table) -> str:
+    name = run.text("file") if "file" in run else f"{run.path.stem}.nc"
+    with run.naming("file"):
+        check_suffix(name, SUFFIXES)
+    return name
+
+
+def _body(table: Table) -> Body:
     table.only(*_BODY)
-    name = table.text("name") if "name" in table else None
-    shapes = [key for key in ("semi_axes", "radius", "point") if key in table]
-    if len(shapes) != 1:
-        given = " and ".join(shapes) or "none"
-        raise table.fault("", f"has {given} of semi_axes, radius, point; expected one of the three")
+    shape = _shape(table)
     masses = [key for key in ("mass", "density") if key in table]
-    shape: Ellipsoid | Sphere | PointMass
-    with table.naming(shapes[0]):
-        if shapes[0] == "semi_axes":
-            shape = Ellipsoid(*map(float, table.value("semi_axes", "length", units, (3,))))
-        elif shapes[0] == "radius":
-            shape = Sphere(float(table.value("radius", "length", units, ())))
-        elif table.content["point"] is True:
-            shape = PointMass()
-        else:
-            raise table.fault("point", f"is {table.content['point']!r}; expected true")
-    values = {key: float(table.value(key, key, units, ())) for key in masses}
+    values = {key: table.number(key, key) for key in masses}
+    name = table.text("name") if "name" in table else None
     with table.naming(masses[0] if len(masses) == 1 else ""):
         return Body(shape, name=name, **values)
 
 
-def _integrator(table: Table, units: Units) -> Any:
-    kinds: dict[str, Any] = {
-        name: kind for name in integrators.__all__ if is_dataclass(kind := getattr(integrators, name))
-    }
-    # The base of all integrators, if there is one, is none itself; the default of System.integrate comes first.
-    bases = {base for kind in kinds.values() for base in kind.__mro__[1:]}
-    names = sorted((n for n, kind in kinds.items() if kind not in bases), key=lambda name: name != "Verner98")
-    kind = kinds[table.choice("name", tuple(names))]
+def _shape(table: Table) -> Ellipsoid | Sphere | PointMass:
+    key = table.one_of("semi_axes", "radius", "point")
+    if key is None:
+        raise table.fault("", "has none of semi_axes, radius, point; expected one of them")
+    with table.naming(key):
+        if key == "semi_axes":
+            return Ellipsoid(*map(float, table.vector(key, "length", 3)))
+        if key == "radius":
+            return Sphere(table.number(key, "length"))
+        if table.content[key] is not True:
+            raise table.fault(key, f"is {table.content[key]!r}; expected true")
+        return PointMass()
+
+
+def _integrator(table: Table) -> Any:
+    kind = getattr(integrators, table.choice("name", _INTEGRATORS))
     known = fields(kind)
     table.only("name", *(setting.name for setting in known))
-    settings = {setting.name: table.content[setting.name] for setting in known if setting.name in table}
     for setting in known:
         if setting.default is MISSING and setting.name not in table:
             raise table.fault(setting.name, f"is missing; {kind.__name__} needs it")
+    settings = {key: value for key, value in table.content.items() if key != "name"}
     if "step" in settings:
-        settings["step"] = units.attach(float(table.value("step", "time", units, ())), "time")
+        settings["step"] = table.units.attach(table.number("step", "time"), "time")
     with table.naming(""):
         return kind(**settings)
 
 
-def _system(table: Table, units: Units, bodies: list[Body]) -> System:
-    table.only(*(name for name in inspect.signature(System).parameters if name != "bodies"))
-    parameters = [name for name in inspect.signature(System).parameters if name not in ("bodies", "G", "units")]
-    options = {name: table.content[name] for name in parameters if name in table}
+def _system(table: Table, bodies: list[Body], forces: list[Force]) -> System:
+    known = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
+    options = dict(table.only(*known).content)
     if isinstance(options.get("order"), list):
         options["order"] = tuple(options["order"])
-    G = float(table.value("G", "G", units, ())) if "G" in table else None
-    return System(bodies, G, units=units.names, **options)
+    if "G" in table:
+        options["G"] = table.number("G", "G")
+    with table.naming(""):
+        return System(bodies, forces=forces, **{**options, "units": table.units.names})
 
 
-def _state(run: Table, system: System, units: Units, tables: list[Table]) -> State:
-    count = len(tables)
+def _state(run: Table, system: System, rows: list[Table]) -> State:
+    count = len(rows)
     position, velocity, spin = np.zeros((3, count, 3))
     attitude = np.zeros((count, 4))
-    for k, table in enumerate(tables):
-        position[k], velocity[k] = _motion(table, k, system, units, position, velocity)
-        attitude[k] = _attitude(table, units)
-        spin[k] = _spin(table, units)
+    for k, row in enumerate(rows):
+        position[k], velocity[k] = _motion(row, system, position[:k], velocity[:k])
+        attitude[k] = _attitude(row)
+        spin[k] = _spin(row)
     if run.choice("origin", ("given", "barycentre")) == "barycentre":
-        weights = np.array([body._core(units, k).mass for k, body in enumerate(system.bodies)])
-        weights /= weights.sum()
+        weights = system._masses / system._masses.sum()
         position, velocity = position - weights @ position, velocity - weights @ velocity
-    start = float(run.value("start", "time", units, ())) if "start" in run else 0.0
-    values = {"time": start, "position": position, "velocity": velocity, "spin": spin}
+    start = run.number("start", "time") if "start" in run else 0.0
+    attach = run.units.attach
     with run.naming(""):
-        state = State(attitude=attitude, **{name: units.attach(values[name], _DIMENSION[name]) for name in _STATE})
+        state = State(
+            position=attach(position, "length"),
+            velocity=attach(velocity, "velocity"),
+            attitude=attitude,
+            spin=attach(spin, "spin"),
+            time=attach(start, "time"),
+        )
     return state._named(system.names)
 
 
-def _motion(
-    table: Table, k: int, system: System, units: Units, position: Any, velocity: Any
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _motion(table: Table, system: System, position: _Array, velocity: _Array) -> tuple[_Array, _Array]:
+    """A body's position and velocity; those of the bodies above it are given."""
+    k = len(position)
     given = [key for key in ("position", "velocity", "orbit") if key in table]
     if "orbit" not in given:
         if k > 0 and "position" not in given:
             raise table.fault("", "has no position and no orbit; expected one of them")
-        return tuple(  # type: ignore[return-value]
-            table.value(key, _DIMENSION[key], units, (3,)) if key in given else np.zeros(3)
-            for key in ("position", "velocity")
+        return (
+            table.vector("position", "length", 3) if "position" in given else np.zeros(3),
+            table.vector("velocity", "velocity", 3) if "velocity" in given else np.zeros(3),
         )
     if len(given) > 1:
         raise table.fault("", f"has {' and '.join(given)}; expected an orbit, or position and velocity")
-    orbit = table.table("orbit").only("about", "a", "e", "i", "Omega", "omega", "M")
+    orbit = table.table("orbit").only("about", *ELEMENTS)
     about = orbit.text("about", "the name of a body above this one")
     above = system.names[:k]
     if above.count(about) != 1:
         raise orbit.fault("about", f"is {about!r}; expected the name of one body above this one: {', '.join(above)}")
-    values = {"a": float(orbit.value("a", "length", units, ())), "e": float(orbit.value("e", None, units, ()))}
-    angles = {name: float(orbit.value(name, "angle", units, ())) for name in ("i", "Omega", "omega", "M")}
-    j = above.index(about)
+    shape, j = elements(orbit), above.index(about)
     with orbit.naming(""):
-        mu = float(units.strip(system.mu(j, k), "mu", "mu"))
-        r, v = KeplerElements(**values, **angles).to_cartesian(mu)
+        mu = float(table.units.strip(system.mu(j, k), "mu", "mu"))
+        r, v = shape.to_cartesian(mu)
     return position[j] + r, velocity[j] + v
 
 
-def _attitude(table: Table, units: Units) -> npt.NDArray[np.float64]:
-    given = [key for key in ("attitude", "angles") if key in table]
-    if len(given) == 2:
-        raise table.fault("", "has attitude and angles; expected one of the two")
-    if given == ["attitude"]:
-        value = table.value("attitude", None, units, (4,))
+def _attitude(table: Table) -> _Array:
+    if table.one_of("attitude", "angles") == "attitude":
+        value = table.vector("attitude", None, 4)
         if not value.any():
             raise table.fault("attitude", "is zero; expected a quaternion [w, x, y, z]")
         return value
-    angles = table.value("angles", "angle", units, (3,)) if given else np.zeros(3)
+    angles = table.vector("angles", "angle", 3) if "angles" in table else np.zeros(3)
     zero = np.zeros((1, 3))
     return np.asarray(State.from_tait_bryan(zero, zero, angles[None]).attitude[0])
 
 
-def _spin(table: Table, units: Units) -> npt.NDArray[np.float64]:
-    given = [key for key in ("spin", "rotation_period") if key in table]
-    if len(given) == 2:
-        raise table.fault("", "has spin and rotation_period; expected one of the two")
-    if given == ["spin"]:
-        return table.value("spin", "spin", units, (3,))
-    if not given:
-        return np.zeros(3)
-    period = float(table.value("rotation_period", "time", units, ()))
-    if period == 0.0:
-        raise table.fault("rotation_period", "is 0; expected a time, negative for a retrograde spin")
-    return np.array([0.0, 0.0, 2.0 * np.pi / period])
+def _spin(table: Table) -> _Array:
+    match table.one_of("spin", "rotation_period"):
+        case "spin":
+            return table.vector("spin", "spin", 3)
+        case "rotation_period":
+            period = table.number("rotation_period", "time")
+            if period == 0.0:
+                raise table.fault("rotation_period", "is 0; expected a time, negative for a retrograde spin")
+            return np.array([0.0, 0.0, 2.0 * np.pi / period])
+    return np.zeros(3)

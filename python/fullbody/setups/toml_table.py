@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import reprlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import suggestion
-from ..base.units import Units, from_text, scalar
+from ..base.units import Units, scalar
 from ..errors import FullbodyError, InvalidInput
 
 __all__ = ["Table"]
 
 
 class Table:
-    """A table of the file that knows its place."""
+    """A table of the file that knows its place, and the units that its plain numbers are in."""
 
-    def __init__(self, path: Path, place: str, content: dict[str, Any]) -> None:
-        self.path, self.place, self.content = path, place, content
+    def __init__(self, path: Path, place: str, content: dict[str, Any], units: Units) -> None:
+        self.path, self.place, self.content, self.units = path, place, content, units
 
     def __contains__(self, key: str) -> bool:
         return key in self.content
@@ -30,9 +33,15 @@ class Table:
         place = ".".join(part for part in (self.place, key) if part)
         return InvalidInput(f"{self.path}: {place}: {message}" if place else f"{self.path}: {message}")
 
-    def naming(self, key: str) -> Naming:
-        """A context in which this package's errors gain file and key."""
-        return Naming(self, key)
+    @contextmanager
+    def naming(self, key: str) -> Iterator[None]:
+        """A context in which this package's errors gain file and key, where they do not name them yet."""
+        try:
+            yield
+        except FullbodyError as error:
+            if str(error).startswith(f"{self.path}: "):
+                raise
+            raise self.fault(key, str(error)) from error
 
     def take(self, key: str, expected: str) -> Any:
         """A value that must be there."""
@@ -48,57 +57,67 @@ class Table:
         return value
 
     def choice(self, key: str, choices: tuple[str, ...]) -> str:
-        """One of some texts; the first where nothing is said."""
+        """One of these texts; the first if none is given."""
         value = self.content[key] if key in self else choices[0]
         if value not in choices:
             raise self.fault(key, f"is {value!r}; expected one of {', '.join(map(repr, choices))}")
         return str(value)
+
+    def one_of(self, *keys: str) -> str | None:
+        """The key of these that is given, if any; an error for more than one."""
+        given = [key for key in keys if key in self]
+        if len(given) > 1:
+            raise self.fault("", f"has {' and '.join(given)}; expected one of {', '.join(keys)}")
+        return given[0] if given else None
 
     def table(self, key: str, required: bool = True) -> Table:
         """A table below this one."""
         value = self.take(key, "a table") if required else self.content.get(key, {})
         if not isinstance(value, dict):
             raise self.fault(key, f"is {value!r}; expected a table")
-        return Table(self.path, f"{self.place}.{key}" if self.place else key, value)
+        return Table(self.path, f"{self.place}.{key}" if self.place else key, value, self.units)
 
     def tables(self, key: str) -> list[Table]:
         """The tables of an array such as ``[[body]]``."""
         value = self.take(key, f"at least one [[{key}]]")
         if not isinstance(value, list) or not value or not all(isinstance(item, dict) for item in value):
             raise self.fault(key, f"is {value!r}; expected tables, each headed [[{key}]]")
-        return [Table(self.path, f"{key}[{k}]", item) for k, item in enumerate(value)]
+        return [Table(self.path, f"{key}[{k}]", item, self.units) for k, item in enumerate(value)]
 
-    def value(
-        self, key: str, dimension: str | None, units: Units, shape: tuple[int, ...] | None
-    ) -> npt.NDArray[np.float64]:
-        """Numbers, or texts with units, as numbers in the system's units; ``shape`` None takes a number or a list."""
-        expected = "a number" if shape == () else f"{shape[0]} numbers" if shape else "a number or a list of them"
-        unit = "" if dimension is None else ", or text with a unit"
-        value = self.take(key, expected + unit)
-        items = value if isinstance(value, list) else [value]
-        if shape is not None and (isinstance(value, list) != bool(shape) or (shape and len(items) != shape[0])):
-            raise self.fault(key, f"is {value!r}; expected {expected}{unit}")
-        plain = [self._number(key, item, dimension, units, expected + unit) for item in items]
-        return np.array(plain if isinstance(value, list) else plain[0])
+    def number(self, key: str, dimension: str | None) -> float:
+        """A number, or a text with a unit, in the table's units; a pure number without a dimension."""
+        return self._plain(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
 
-    def _number(self, key: str, item: Any, dimension: str | None, units: Units, expected: str) -> float:
-        if isinstance(item, int | float) and not isinstance(item, bool):
+    def vector(self, key: str, dimension: str | None, count: int | None = None) -> npt.NDArray[np.float64]:
+        """A list of such numbers, of any length unless there is a count."""
+        what = f"{count or 'a list of'} numbers"
+        items = self.take(key, _expected(what, dimension))
+        if not isinstance(items, list) or (count and len(items) != count):
+            raise self.fault(key, f"is {items!r}; expected {_expected(what, dimension)}")
+        return np.array([self._plain(key, item, what, dimension) for item in items])
+
+    def array(self, key: str, dimension: str | None) -> Any:
+        """A number, or a list of such, or a list of lists."""
+
+        def plain(item: Any) -> Any:
+            if isinstance(item, list):
+                return [plain(part) for part in item]
+            return self._plain(key, item, "numbers", dimension)
+
+        return plain(self.content[key])
+
+    def _plain(self, key: str, item: Any, what: str, dimension: str | None) -> float:
+        if isinstance(item, str) and dimension is not None:
             try:
-                number = float(item)
-            except OverflowError:
-                number = np.inf
-            if not np.isfinite(number):
-                # Cut short in the middle where it has hundreds of digits.
-                raise self.fault(key, f"is {reprlib.repr(item)}; expected a finite number")
-            return number
-        if not isinstance(item, str) or dimension is None:
-            raise self.fault(key, f"is {item!r}; expected {expected}")
-        try:
-            quantity = from_text(item, "", dimension)
-        except InvalidInput as error:
-            raise self.fault(key, str(error).strip()) from error
-        with self.naming(key):
-            return scalar(units.strip(quantity, dimension, repr(item)), repr(item))
+                return scalar(self.units.strip(item, dimension, key), key)
+            except InvalidInput as error:
+                raise self.fault(key, str(error).removeprefix(f"{key} ")) from error
+        if isinstance(item, bool) or not isinstance(item, int | float):
+            raise self.fault(key, f"is {item!r}; expected {_expected(what, dimension)}")
+        if not abs(item) <= sys.float_info.max:
+            # Cut short in the middle where it has hundreds of digits.
+            raise self.fault(key, f"is {reprlib.repr(item)}; expected a finite number")
+        return float(item)
 
     def only(self, *known: str) -> Table:
         """Refuse keys other than these, before a misspelt one is reported as missing."""
@@ -108,14 +127,5 @@ class Table:
         return self
 
 
-class Naming:
-    """Adds file and key to errors raised inside."""
-
-    def __init__(self, table: Table, key: str) -> None:
-        self.table, self.key = table, key
-
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, FullbodyError) and not str(error).startswith(f"{self.table.path}: "):
-            raise self.table.fault(self.key, str(error)) from error
+def _expected(what: str, dimension: str | None) -> str:
+    return what if dimension is None else f"{what}, or text with a unit"

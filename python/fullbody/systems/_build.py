@@ -1,4 +1,4 @@
-"""A published pair in the frame and the units asked for."""
+"""A published binary in the frame and the units asked for."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL as UNITS
 from ..base.units import Units
 from ..errors import InvalidInput
-from ..setups.pair import Component, binary
+from ..model.force import rebuilt
+from ..setups.binary import binary
+from ..setups.component import Component
 from ._published import Published
+from ._sun import with_sun
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -20,8 +23,8 @@ if TYPE_CHECKING:
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
 G = 6.67430e-11 * 1e-9 * 3600.0**2
 Frame = Literal["ecliptic", "equatorial", "orbit"]
-#: Whether there are to be Quantities, and of which units if not km, hour, kg.
-Wanted = bool | tuple[object, object, object]
+#: Whether results are Quantities: in km, hour, kg for ``True``, or in three other units.
+UnitsChoice = bool | tuple[object, object, object]
 
 
 def check_frame(frame: str) -> None:
@@ -30,8 +33,8 @@ def check_frame(frame: str) -> None:
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
 
 
-def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
-    """The options of the system to be, with its epoch: its own, or the one asked for where it has none."""
+def with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
+    """The options of the system with its epoch: the published one, or the caller's where none is published."""
     from ..motion.simulation import System
 
     fixed = ("bodies", "G", "units", "frame")
@@ -42,22 +45,27 @@ def settled(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     return {**options, "epoch": epoch if given is None else given}
 
 
-def base_units(units: Wanted) -> tuple[str, str, str] | None:
-    """Those that a system is built in: none, or km, hour, kg; an error for what are no units."""
+def base_units(units: UnitsChoice) -> tuple[str, str, str] | None:
+    """The units that a system is built in: none, or km, hour, kg. Units that are none raise an error."""
     return UNITS if Units(units).known else None
 
 
-def in_units(system: System, state: State, units: Wanted) -> tuple[System, State]:
+def in_units(system: System, state: State, units: UnitsChoice) -> tuple[System, State]:
     """A system in km, hour, kg and its state, in the units asked for."""
     from ..motion.simulation import System
 
     wanted = Units(units)
     if not wanted.known or wanted == Units(UNITS):
         return system, state._named(system.names)
-    turned = System(system.bodies, system.G, units=wanted.names, **system.options)
-    # Through its description, for the bodies to be in these units too.
-    rebuilt = System._rebuild(turned._describe())
-    return rebuilt, rebuilt._state(state._in(wanted))
+    # With Quantities, for plain numbers are in km, hour, kg.
+    united = [
+        force if force in system._functions() else rebuilt(described, system._units)
+        for force, described in zip(system.forces, system._core.forces, strict=True)
+    ]
+    turned = System(system.bodies, system.G, units=wanted.names, forces=united, **system.options)
+    # It is rebuilt from its description, so that the bodies are in these units too.
+    final = System._rebuild(turned._describe(), {force.name: force for force in system._functions()})
+    return final, final._state(state._in(wanted))
 
 
 def in_frame(state: State, facts: Published, frame: str) -> State:
@@ -69,20 +77,21 @@ def in_frame(state: State, facts: Published, frame: str) -> State:
     return turn_state(state, facts.frame, frame)
 
 
-def pair(
+def published_binary(
     facts: Published,
     primary: Component,
     secondary: Component,
     *,
     pole: tuple[float, float],
     frame: str,
-    units: Wanted,
+    units: UnitsChoice,
+    sun: bool = False,
     options: dict[str, Any],
     **orbit: Any,
 ) -> tuple[System, State]:
     """A binary in km, hour, kg about a published pole (degrees)."""
     check_frame(frame)
-    options = settled(options, facts.epoch)
+    options = with_epoch(options, facts.epoch)
     lon, lat = np.radians(pole)
     system, state = binary(
         primary,
@@ -95,4 +104,5 @@ def pair(
         **orbit,
         **options,
     )
-    return in_units(system, in_frame(state, facts, frame), units)
+    system, state = in_units(system, in_frame(state, facts, frame), units)
+    return with_sun(system, facts, sun, frame, pole), state

@@ -42,7 +42,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """What is published of a system, and what is assumed beyond it.
+    """The published numbers of a system, and the assumptions made beyond them.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Published:
     assumed : tuple of str
         Each a sentence.
     frame : str
-        Of the published poles and elements.
+        The frame of the published poles and elements.
     epoch : str or None
-        Of time zero, where the phase is published.
+        The date of time zero, where the phase is published.
     second_hand : tuple of str
         Names of the values that could be read in texts quoting the source only, not in the source.
     unconfirmed : tuple of str
@@ -73,7 +73,7 @@ class Published:
         return self.values[name].value
 
     def table(self) -> str:
-        """The whole as text."""
+        """All of it as text."""
         lines = [f"{name}: {value} [{value.source}]" for name, value in self.values.items()]
         lines += [f"frame of the poles and elements: {self.frame}", f"epoch of time zero: {self.epoch or 'arbitrary'}"]
         lines += [f"assumed: {text}" for text in self.assumed]
@@ -92,7 +92,7 @@ def published(name: str) -> Published:
     Parameters
     ----------
     name : str
-        Of the function, such as ``"didymos"``.
+        The name of the function, such as ``"didymos"``.
 
     Returns
     -------

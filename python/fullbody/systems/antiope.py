@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -25,8 +26,10 @@ FACTS = Published(
         "pole (longitude, latitude)": Value((200.0, 38.0), "deg", "2", "D07"),
         "refined pole (not used)": Value((199.5, 39.8), "deg", "0.5, 5", "D09"),
         "refined density (not used)": Value(1.28, "g/cm^3", "0.04", "D09"),
+        **heliocentric((3.155, 0.1567, 2.2195, 70.21, 242.96, 304.12), 2455400.5),
     },
     sources={
+        "JPL": SOURCE,
         "D07": "Descamps et al. (2007), Icarus 187, 482, doi:10.1016/j.icarus.2006.10.030",
         "D09": "Descamps et al. (2009), Icarus 203, 102, doi:10.48550/arXiv.0905.0631",
     },
@@ -38,6 +41,8 @@ FACTS = Published(
     ),
     frame="ecliptic",
     second_hand=(
+        ELEMENTS,
+        EPOCH,
         "axes of the first",
         "axes of the second",
         "density (not used)",
@@ -50,15 +55,20 @@ FACTS = Published(
 
 @named_options
 @documented(FACTS)
-def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def antiope(
+    *, frame: Frame = "ecliptic", sun: bool = False, units: UnitsChoice = False, **options: Any
+) -> tuple[System, State]:
     """(90) Antiope, two almost equal and nearly hydrostatic bodies a diameter apart.
 
     Parameters
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -78,7 +88,7 @@ def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     >>> print(f"{system.bodies[0].density / 1e12:.2f} g/cm^3")
     1.26 g/cm^3
     """
-    return pair(
+    return published_binary(
         FACTS,
         Component(diameters=FACTS["axes of the first"], rotation_period=FACTS["orbital period"], name="Antiope"),
         Component(diameters=FACTS["axes of the second"], name="S/2000 (90) 1"),
@@ -87,6 +97,7 @@ def antiope(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
         semi_major_axis=FACTS["separation"],
         pole=FACTS["pole (longitude, latitude)"],
         frame=frame,
+        sun=sun,
         units=units,
         options=options,
     )

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -22,12 +23,14 @@ _SOURCES = {
     "D23": "Daly et al. (2023), Nature 616, 443, doi:10.1038/s41586-023-05810-5",
     "T23": "Thomas et al. (2023), Nature 616, 448, doi:10.1038/s41586-023-05805-2",
     "N20": "Naidu et al. (2020), Icarus 348, 113777, doi:10.1016/j.icarus.2020.113777",
+    "JPL": SOURCE,
     "D24": "Daly et al. (2024), Planet. Sci. J. 5, 24, doi:10.3847/PSJ/ad0b07",
 }
 _BODIES = {
     "axes of Didymos": Value((0.851, 0.849, 0.620), "km", "0.015", "D23"),
     "rotation period of Didymos": Value(2.2600, "h", "0.0001", "N20"),
     "pole (longitude, latitude)": Value((310.0, -84.0), "deg", "20", "N20"),
+    **heliocentric((1.6442, 0.38385, 3.4079, 73.196, 319.32, 232.01), 2459600.5),
 }
 _ASSUMED = (
     "period and semi-major axis before the impact are those of [T23] (some texts attribute them to [N20])",
@@ -39,6 +42,8 @@ _ASSUMED = (
     "the orbit starts at periapsis on its node: the epoch is that of the elements and not of the phase",
 )
 _SECOND_HAND = (
+    ELEMENTS,
+    EPOCH,
     "axes of Didymos",
     "rotation period of Didymos",
     "pole (longitude, latitude)",
@@ -97,7 +102,9 @@ AFTER = Published(
 
 @named_options
 @documented(BEFORE)
-def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def didymos(
+    *, frame: Frame = "ecliptic", sun: bool = False, units: UnitsChoice = False, **options: Any
+) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos before the impact of DART.
 
     The total mass is that of the published period and semi-major axis, 5.6e11 kg.
@@ -105,9 +112,12 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     Parameters
     ----------
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -127,7 +137,7 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
     >>> print(f"{system.masses.sum():.2e} kg")
     5.63e+11 kg
     """
-    return pair(
+    return published_binary(
         BEFORE,
         _primary(),
         Component(diameters=BEFORE["axes of Dimorphos"], name="Dimorphos"),
@@ -136,6 +146,7 @@ def didymos(*, frame: Frame = "ecliptic", units: Wanted = False, **options: Any)
         semi_major_axis=BEFORE["semi-major axis"],
         pole=BEFORE["pole (longitude, latitude)"],
         frame=frame,
+        sun=sun,
         units=units,
         options=options,
     )
@@ -148,7 +159,8 @@ def didymos_after_dart(
     model: Literal["daly2023", "naidu2024"] = "daly2023",
     tilt: Any = 0.0,
     frame: Frame = "ecliptic",
-    units: Wanted = False,
+    sun: bool = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos after the impact of DART and the weeks that followed.
@@ -180,9 +192,12 @@ def didymos_after_dart(
     tilt : float or Quantity
         Of Dimorphos' pole from the orbit's normal, radians; the longest axis points at Didymos all the same.
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state; see :func:`didymos`.
+        Frame of the state; see :func:`didymos`.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -210,7 +225,7 @@ def didymos_after_dart(
     to_b, to_c = AFTER["axis ratios a/b, a/c of Dimorphos"]
     diameter = float(np.cbrt(np.prod(AFTER["axes of Dimorphos before"])))
     before, _ = didymos()
-    return pair(
+    return published_binary(
         AFTER,
         _primary() if model == "daly2023" else _primary(semi_axes=AFTER["semi-axes of Didymos (naidu2024)"]),
         Component(diameter=diameter, axis_ratios=(to_b, to_c / to_b), tilt=tilt, name="Dimorphos"),
@@ -220,6 +235,7 @@ def didymos_after_dart(
         eccentricity=AFTER["eccentricity"],
         pole=AFTER["pole (longitude, latitude)"],
         frame=frame,
+        sun=sun,
         units=units,
         options=options,
     )

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -24,8 +25,10 @@ FACTS = Published(
         "rotation period of the primary": Value(3.595195, "h", "0.000003", "S15"),
         "orbital period": Value(16.1508, "h", "0.0002 (3 sigma)", "S15"),
         "pole (longitude, latitude)": Value((266.0, -83.0), "deg", "4 (3 sigma)", "S15"),
+        **heliocentric((1.0538, 0.3497, 1.9911, 299.69, 24.052, 11.261), 2458600.5),
     },
     sources={
+        "JPL": SOURCE,
         "W11": "Wolters et al. (2011), Mon. Not. R. Astron. Soc. 418, 1246, doi:10.48550/arXiv.1108.1831",
         "P06": "Pravec et al. (2006), Icarus 181, 63, doi:10.1016/j.icarus.2005.10.014",
         "S15": "Scheirich et al. (2015), Icarus 245, 56, doi:10.1016/j.icarus.2014.09.023",
@@ -40,7 +43,7 @@ FACTS = Published(
         "the secondary spins about it at the mean motion, its longest axis towards the primary",
     ),
     frame="ecliptic",
-    second_hand=("density",),
+    second_hand=("density", ELEMENTS, EPOCH),
     unconfirmed=("rotation period of the primary",),
 )
 
@@ -52,7 +55,8 @@ def fg3_1996(
     primary_ratios: tuple[float, float] = (1.0, 1.0),
     secondary_ratios: tuple[float, float] = (1.0, 1.0),
     frame: Frame = "ecliptic",
-    units: Wanted = False,
+    sun: bool = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(175706) 1996 FG3.
@@ -62,9 +66,12 @@ def fg3_1996(
     primary_ratios, secondary_ratios : (a/b, b/c)
         Axis ratios at the published volumes.
     frame : {"ecliptic", "equatorial", "orbit"}
-        Of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -85,7 +92,7 @@ def fg3_1996(
     3.38e+12 kg
     """
     density = 1e12 * FACTS["density"]
-    return pair(
+    return published_binary(
         FACTS,
         Component(
             diameter=FACTS["diameter of the primary"],
@@ -103,6 +110,7 @@ def fg3_1996(
         period=FACTS["orbital period"],
         pole=FACTS["pole (longitude, latitude)"],
         frame=frame,
+        sun=sun,
         units=units,
         options=options,
     )

@@ -11,8 +11,9 @@ from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body, Ellipsoid
 from ..orbit.elements import KeplerElements
-from ._build import Wanted, base_units, in_units, settled
+from ._build import UnitsChoice, base_units, in_units, with_epoch
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric, with_sun
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -25,6 +26,8 @@ _G_HO2021 = 6.67408e-11 * 1e-9 * 3600.0**2
 _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
 _KW4_POLE_TILT = 3.2
+#: Of the published inclination and node, referred to Earth's equator of J2000.
+_KW4_POLE = (325.8, -61.8)
 KW4_SPINS = (2.2728, 0.3611)
 KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
 KW4_SKY = {"i": 156.1, "Omega": 105.4, "omega": 319.7}
@@ -43,8 +46,11 @@ FACTS = Published(
         "inclination (not used)": Value(KW4_SKY["i"], "deg", "", "O06"),
         "ascending node (not used)": Value(KW4_SKY["Omega"], "deg", "", "O06"),
         "argument of periapsis (not used)": Value(KW4_SKY["omega"], "deg", "", "O06"),
+        "pole of the orbit (ecliptic longitude, latitude), for the Sun": Value(_KW4_POLE, "deg", "", "O06"),
+        **heliocentric((0.6422, 0.6886, 38.884, 244.91, 192.62, 359.03), 2458000.5),
     },
     sources={
+        "JPL": SOURCE,
         "H21": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, "
         "doi:10.1007/s10569-021-10034-8; its Table 2, with the semi-axes unrounded as in the authors' input",
         "O06": "Ostro et al. (2006), Science 314, 1276, doi:10.1126/science.1133622, as [H21] quotes it",
@@ -54,10 +60,14 @@ FACTS = Published(
         "inclination, node and argument of periapsis are referred, [H21] does not say",
         "Alpha's pole is tilted by the nominal angle ([O06]: 0 to 7.5 degrees), about the x-axis",
         "Beta spins about the pole of the orbit at the mean motion, its longest axis towards Alpha",
+        "the Sun needs the orbit's pole in the ecliptic: it is that of the published inclination and node if these are "
+        "referred to Earth's equator of J2000, and the x-axis is then the orbit's node on the ecliptic",
         "the elements are osculating, as [H21] takes them: the run keeps them, not the published period",
     ),
     frame="orbit",
     second_hand=(
+        ELEMENTS,
+        EPOCH,
         "tilt of Alpha's pole from the orbit's",
         "semi-major axis",
         "eccentricity",
@@ -72,7 +82,7 @@ FACTS = Published(
 def kw4_ho2021(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
-    units: Wanted = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
@@ -89,7 +99,7 @@ def kw4_ho2021(
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a, as in the paper.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -130,16 +140,11 @@ def kw4_ho2021(
     Ellipsoid(a=0.766, b=0.766, c=0.6735)
     """
     _refuse_frame(options, "the elements and the spins of this system are of different frames")
-    system = _kw4_system(shape, units, settled(options, None))
+    system = _kw4_system(shape, units, with_epoch(options, None))
     angles = {name: np.deg2rad(value) for name, value in KW4_SKY.items()}
     position, velocity = KeplerElements(**KW4_ORBIT, **angles).to_cartesian(_kw4_mu())
-    state = _state(
-        bool(system.units),
-        position=[[0.0, 0.0, 0.0], position],
-        velocity=[[0.0, 0.0, 0.0], velocity],
-        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, spin] for spin in KW4_SPINS],
-    )
+    rest, spins = [0.0, 0.0, 0.0], [[0.0, 0.0, spin] for spin in KW4_SPINS]
+    state = _kw4_state(system, [rest, position], [rest, velocity], spins)
     return in_units(system, state, units)
 
 
@@ -149,7 +154,8 @@ def kw4(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
     frame: Literal["orbit"] | None = None,
-    units: Wanted = False,
+    sun: bool = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """The physical (66391) 1999 KW4: prograde, near Alpha's equator, Beta synchronous.
@@ -166,8 +172,12 @@ def kw4(
     frame : "orbit", optional
         The only one there is: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
         for the frame of the published inclination and node is not known.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``. The
+        orbit's pole in the ecliptic, which that needs, is known less well: see the assumptions.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -197,19 +207,15 @@ def kw4(
         raise InvalidInput(
             f"frame is {frame!r}; expected 'orbit': the frame of the published inclination and node is not known"
         )
-    system = _kw4_system(shape, units, {**settled(options, None), "frame": frame})
+    system = _kw4_system(shape, units, {**with_epoch(options, None), "frame": frame})
     mu = _kw4_mu()
     orbit = KeplerElements(**KW4_ORBIT, i=0.0, Omega=0.0, omega=0.0)
     position, velocity = orbit.to_cartesian(mu)
     share = np.array([-_KW4_MASSES[1], _KW4_MASSES[0]])[:, None] / sum(_KW4_MASSES)
-    state = _state(
-        bool(system.units),
-        position=share * position,
-        velocity=share * velocity,
-        angles=[[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
-        spin=[[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]],
-    )
-    return in_units(system, state, units)
+    spins = [[0.0, 0.0, KW4_SPINS[0]], [0.0, 0.0, 2.0 * np.pi / orbit.period(mu)]]
+    state = _kw4_state(system, share * position, share * velocity, spins)
+    system, state = in_units(system, state, units)
+    return with_sun(system, FACTS, sun, frame, _KW4_POLE), state
 
 
 @named_options
@@ -296,7 +302,7 @@ def _kw4_mu() -> float:
     return _G_HO2021 * sum(_KW4_MASSES)
 
 
-def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
+def _kw4_system(shape: str, units: UnitsChoice, options: dict[str, Any]) -> System:
     from ..motion.simulation import System
 
     if not isinstance(shape, str) or shape not in ("ellipsoid", "spheroid"):
@@ -307,13 +313,15 @@ def _kw4_system(shape: str, units: Wanted, options: dict[str, Any]) -> System:
     return System(bodies, G=_G_HO2021, units=base_units(units), **options)
 
 
-def _state(units: bool, *, position: Any, velocity: Any, angles: Any, spin: Any) -> State:
+def _kw4_state(system: System, position: Any, velocity: Any, spin: Any) -> State:
+    """The state at time zero, with Alpha's pole tilted about the x-axis; numbers in km, hour."""
     from ..model.state import State
 
-    if units:
-        from astropy import units as u
-
-        position, velocity = position * u.km, velocity * (u.km / u.hour)
-        spin = spin * (u.rad / u.hour)
-        return State.from_tait_bryan(position, velocity, angles, spin, time=0.0 * u.hour)
-    return State.from_tait_bryan(position, velocity, angles, spin)
+    attach = system._units.attach
+    return State.from_tait_bryan(
+        attach(np.array(position), "length"),
+        attach(np.array(velocity), "velocity"),
+        [[np.deg2rad(_KW4_POLE_TILT), 0.0, 0.0], [0.0, 0.0, 0.0]],
+        attach(np.array(spin), "spin"),
+        attach(np.float64(0.0), "time"),
+    )

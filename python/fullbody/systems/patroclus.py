@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, G, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -24,8 +25,10 @@ FACTS = Published(
         "semi-major axis (not used)": Value(692.5, "km", "4.0", "B24"),
         "eccentricity": Value(0.004, "", "0.004", "B24"),
         "pole (right ascension, declination)": Value((178.0, -74.1), "deg", "0.5, 0.2", "B24"),
+        **heliocentric((5.2173868, 0.1385012, 22.047388, 44.356808, 308.444, 120.37132), 2457600.5),
     },
     sources={
+        "JPL": SOURCE,
         "B15": "Buie et al. (2015), Astron. J. 149, 113, doi:10.1088/0004-6256/149/3/113",
         "B24": "Brozovic et al. (2024), Astron. J. 167, 104, bibcode 2024AJ....167..104B, tables at CDS J/AJ/167/104",
     },
@@ -37,21 +40,26 @@ FACTS = Published(
         "the orbit starts at periapsis on its node",
     ),
     frame="equatorial",
-    second_hand=("axes of Patroclus", "axes of Menoetius"),
+    second_hand=("axes of Patroclus", "axes of Menoetius", ELEMENTS, EPOCH),
 )
 
 
 @named_options
 @documented(FACTS)
-def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def patroclus_menoetius(
+    *, frame: Frame = "equatorial", sun: bool = False, units: UnitsChoice = False, **options: Any
+) -> tuple[System, State]:
     """(617) Patroclus and Menoetius, a Trojan pair of almost equal bodies.
 
     Parameters
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane with its node on the x-axis.
+        Frame of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane and its node as x-axis.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -72,7 +80,7 @@ def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, *
     0.44
     """
     period = 24.0 * FACTS["orbital period"]
-    return pair(
+    return published_binary(
         FACTS,
         Component(diameters=FACTS["axes of Patroclus"], rotation_period=period, name="Patroclus"),
         Component(diameters=FACTS["axes of Menoetius"], name="Menoetius"),
@@ -82,6 +90,7 @@ def patroclus_menoetius(*, frame: Frame = "equatorial", units: Wanted = False, *
         eccentricity=FACTS["eccentricity"],
         pole=FACTS["pole (right ascension, declination)"],
         frame=frame,
+        sun=sun,
         units=units,
         options=options,
     )

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import named_options
-from ..setups.pair import Component
-from ._build import Frame, G, Wanted, pair
+from ..setups.component import Component
+from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 
 if TYPE_CHECKING:
@@ -46,16 +46,16 @@ FACTS = Published(
 
 @named_options
 @documented(FACTS)
-def pluto_charon(*, frame: Frame = "equatorial", units: Wanted = False, **options: Any) -> tuple[System, State]:
+def pluto_charon(*, frame: Frame = "equatorial", units: UnitsChoice = False, **options: Any) -> tuple[System, State]:
     """(134340) Pluto and Charon, doubly synchronous, without the small satellites.
 
     Parameters
     ----------
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the orbit's plane as xy-plane
-        with its node on the equator on the x-axis.
+        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the orbit's plane as
+        xy-plane with its node on the equator on the x-axis.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -81,7 +81,7 @@ def pluto_charon(*, frame: Frame = "equatorial", units: Wanted = False, **option
     node = FACTS["ascending node on the equator"]
     pole = (np.degrees(node) - 90.0, 90.0 - FACTS["inclination to the equator"])
     phase = FACTS["mean longitude"] - node
-    return pair(
+    return published_binary(
         FACTS,
         Component(
             diameter=2.0 * FACTS["radius of Pluto"],

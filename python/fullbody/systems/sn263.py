@@ -12,9 +12,10 @@ from ..base.units import Units, numbers
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..orbit.elements import KeplerElements
-from ..setups.pair import Component
-from ._build import Frame, G, Wanted, base_units, check_frame, in_frame, in_units, settled
+from ..setups.component import Component
+from ._build import Frame, G, UnitsChoice, base_units, check_frame, in_frame, in_units, with_epoch
 from ._published import Published, Value, documented
+from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric, with_sun
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -49,8 +50,10 @@ FACTS = Published(
         "pole of Alpha (ecliptic longitude, latitude)": Value((309.0, -80.0), "deg", "15", "B15"),
         "J2 of Alpha (fang2011)": Value(0.013, "", "0.008", "F11"),
         "apsidal precession of Gamma (not used)": Value(1.1, "deg/day", "", "F11"),
+        **heliocentric((1.9865, 0.4783, 6.6853, 325.83, 172.86, 148.57), 2458000.5),
     },
     sources={
+        "JPL": SOURCE,
         "F11": "Fang et al. (2011), Astron. J. 141, 154, doi:10.1088/0004-6256/141/5/154",
         "B15": "Becker et al. (2015), Icarus 248, 499, doi:10.1016/j.icarus.2014.10.048",
     },
@@ -72,6 +75,8 @@ FACTS = Published(
     frame="equatorial",
     epoch="2008-02-13T00:00:00 TT",
     second_hand=(
+        ELEMENTS,
+        EPOCH,
         "mass of Alpha",
         *(
             f"{element} of {name}"
@@ -108,7 +113,8 @@ def sn263_2001(
     model: Literal["spheres", "fang2011"] = "spheres",
     axis_ratios: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 1.0), (1.0, 1.0)),
     frame: Frame = "equatorial",
-    units: Wanted = False,
+    sun: bool = False,
+    units: UnitsChoice = False,
     **options: Any,
 ) -> tuple[System, State]:
     """(153591) 2001 SN263: Alpha, the outer Beta and the inner Gamma, as three ellipsoids.
@@ -125,10 +131,14 @@ def sn263_2001(
     axis_ratios : three pairs (a/b, b/c)
         Of Alpha, Beta and Gamma, at the published volumes.
     frame : {"equatorial", "ecliptic", "orbit"}
-        Of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's orbit as
+        Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's
+        orbit as xy-plane with its node on the equator on the x-axis.
         xy-plane with its node on the equator on the x-axis.
+    sun : bool
+        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+        below, nine years before whose epoch the state is, so that the Sun's place may be off by a degree.
     units : bool or (length, time, mass)
-        Whether the system gives Quantities: ``True`` for km, hour, kg, which plain numbers are in, or other units.
+        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
     **options
         Passed to :class:`fullbody.System`.
 
@@ -162,7 +172,7 @@ def sn263_2001(
                 f"axis_ratios of Alpha are {ratios_of[0]} and model is {model!r}; expected one of the two"
             )
         ratios_of[0] = (1.0, _oblate(FACTS["J2 of Alpha (fang2011)"]))
-    options = settled(options, FACTS.epoch)
+    options = with_epoch(options, FACTS.epoch)
     base = base_units(units)
     names = ("Alpha", "Beta", "Gamma")
     masses = np.array([FACTS[f"mass of {name}"] for name in names])
@@ -204,7 +214,9 @@ def sn263_2001(
         attach(np.array([[0.0, 0.0, rate] for rate in rates]), "spin"),
         attach(np.float64(0.0), "time"),
     )
-    return in_units(system, in_frame(state, FACTS, frame), units)
+    system, state = in_units(system, in_frame(state, FACTS, frame), units)
+    pole = (FACTS["ascending node of Gamma"] - 90.0, 90.0 - FACTS["inclination of Gamma"])
+    return with_sun(system, FACTS, sun, frame, pole), state
 
 
 def _oblate(j2: float) -> float:

@@ -36,7 +36,7 @@ class View:
     samples : int
         At most so many moments of the run.
     height : int
-        Of the frame in Jupyter, pixels.
+        The height of the frame in Jupyter, pixels.
 
     Raises
     ------
@@ -77,7 +77,7 @@ class View:
         """The page."""
         page = resources.files(__package__).joinpath("page.html").read_text(encoding="utf-8")
         script = resources.files(__package__).joinpath("viewer.js").read_text(encoding="utf-8")
-        # "</" would end the script element, whatever a body is called.
+        # A body's name may contain "</", which would end the script element.
         data = json.dumps(self._data).replace("</", "<\\/").replace("<!--", "<\\!--")
         # Pieces in the order of the page, so that no body's name can be mistaken for a place to fill.
         pieces: list[str] = []
@@ -111,7 +111,7 @@ class View:
 
     def _repr_html_(self) -> str:
         page = html.escape(self.to_html(), quote=True)
-        # A notebook that is not trusted shows the text alone; otherwise the picture lies on it.
+        # A notebook that is not trusted shows the text alone; in a trusted one the picture covers it.
         return (
             '<div style="height:1.6em;line-height:1.6em">Interactive view: run this cell, or trust the notebook.</div>'
             f'<iframe srcdoc="{page}" sandbox="allow-scripts" title="{html.escape(self._title)}" '

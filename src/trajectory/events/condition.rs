@@ -8,7 +8,7 @@ use crate::shape::growth;
 /// A caller's function of the state.
 pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
 
-/// What happens at an event; bodies by their place in the system.
+/// The condition of an event; bodies by their place in the system.
 pub enum Condition<'a> {
     /// The centres of two bodies are `value` apart. The function is the distance less the value.
     Separation {
@@ -76,7 +76,7 @@ pub enum Condition<'a> {
     Function(Box<StateFunction<'a>>),
 }
 
-/// What the functions are made from.
+/// The quantities that the functions are made from.
 pub(super) struct Place<'a> {
     pub equations: &'a Dynamics,
     pub time: f64,

@@ -26,12 +26,12 @@ impl<'a> Event<'a> {
         Self { condition, direction: 0, terminal: false }
     }
 
-    /// The same in one direction only.
+    /// The event in one direction only.
     pub fn directed(self, direction: i8) -> Self {
         Self { direction, ..self }
     }
 
-    /// The same as the end of the run.
+    /// The event as one that ends the run.
     pub fn terminal(self) -> Self {
         Self { terminal: true, ..self }
     }

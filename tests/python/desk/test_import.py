@@ -4,11 +4,15 @@ import json
 import re
 import subprocess
 import sys
-from importlib.metadata import version
+import tomllib
+from importlib.metadata import EntryPoint, version
 from pathlib import Path
 
 import fullbody
 import pytest
+from fullbody.commands import cli
+
+ROOT = Path(__file__).parents[3]
 
 HEAVY = ("astropy", "xarray", "pandas", "h5netcdf", "matplotlib", "scipy", "tqdm", "PIL", "rebound")
 
@@ -72,3 +76,28 @@ def test_version_is_the_packages():
     assert fullbody.__version__ == version("fullbody")
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         fullbody.nonsense  # noqa: B018
+
+
+def test_one_version_is_told_everywhere():
+    told = {
+        "Cargo.toml": tomllib.loads((ROOT / "Cargo.toml").read_text())["package"]["version"],
+        "Cargo.lock": next(
+            package["version"]
+            for package in tomllib.loads((ROOT / "Cargo.lock").read_text())["package"]
+            if package["name"] == "fullbody"
+        ),
+    }
+    for file, pattern in (
+        ("CITATION.cff", r"^version: (\S+)$"),
+        ("docs/cite.md", r"^  version = \{(\S+)\},$"),
+        # The newest one below [Unreleased].
+        ("CHANGELOG.md", r"^## \[(\d\S*)\]"),
+    ):
+        told[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
+    assert len(set(told.values())) == 1, told
+
+
+def test_the_command_that_is_installed_exists():
+    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
+    assert list(scripts) == ["fullbody"]
+    assert EntryPoint("fullbody", scripts["fullbody"], "console_scripts").load() is cli.main

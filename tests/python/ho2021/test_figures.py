@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import fullbody
 import numpy as np
 import pytest
 from fullbody.commands.kw4 import drawing
@@ -103,10 +104,27 @@ def test_energies_share_their_time_axis(figures, number):
 
 
 def test_a_short_run_shows_the_elements_themselves(figures, halves):
-    for ax, values in zip(figures["elements"].axes, ("e", "a"), strict=False):
-        for line, run in zip(ax.lines, halves.values(), strict=True):
-            elements = getattr(run.elements(), values)
-            np.testing.assert_array_equal(line.get_ydata(), getattr(elements, "value", elements))
+    panels = [(values, run) for values in ("e", "a") for run in halves.values()]
+    for ax, (values, run) in zip(figures["elements"].axes, panels, strict=False):
+        (line,) = ax.lines
+        elements = getattr(run.elements(), values)
+        np.testing.assert_array_equal(line.get_ydata(), getattr(elements, "value", elements))
+
+
+def test_a_year_shows_the_range_of_one_shape_a_panel(halves):
+    """The bands of both shapes cover each other, so that each has a panel of its own; the scales are the same."""
+    coarse = fullbody.SymplecticSplitting(1.0)
+    runs = {s: half.system.integrate(half[0], 1000.0, integrator=coarse) for s, half in halves.items()}
+    figure = kw4_figures.elements(runs)
+    panels = [(values, run) for values in ("e", "a") for run in runs.values()]
+    for ax, (values, run) in zip(figure.axes, panels, strict=False):
+        (band,) = ax.collections
+        low, high = band.get_datalim(ax.transData).intervaly
+        elements = getattr(run.elements(), values)
+        elements = getattr(elements, "value", elements)
+        assert (low, high) == (elements.min(), elements.max())
+        assert band.get_hatch() is None
+    assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
 
 
 def test_errors_of_one_digit_are_clear_of_the_frame(figures, runs):

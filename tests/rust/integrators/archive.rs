@@ -24,7 +24,7 @@ fn resumed_equals_unbroken() {
                 };
                 // Stops in the middle of nowhere, between two steps and not at a time asked for.
                 (0..7).for_each(|_| unbroken.step(4.0, &mut Patience::endless()).unwrap());
-                let mut resumed = Simulation::from_bytes(&unbroken.to_bytes().unwrap()).unwrap();
+                let mut resumed = read(&unbroken.to_bytes().unwrap()).unwrap();
                 assert_eq!(resumed.state(), unbroken.state());
                 let label = format!("{integrator:?} {method} {chart:?}");
                 let [a, b] =
@@ -46,7 +46,7 @@ fn resumed_mid_run() {
     let mut unbroken = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     let mut saved = unbroken.clone();
     (0..9).for_each(|_| saved.step(5.0, &mut Patience::endless()).unwrap());
-    let mut resumed = Simulation::from_bytes(&saved.to_bytes().unwrap()).unwrap();
+    let mut resumed = read(&saved.to_bytes().unwrap()).unwrap();
     integrate(&mut unbroken, 5.0, &Output::Spacing(0.1), false);
     integrate(&mut resumed, 5.0, &Output::Spacing(0.1), false);
     assert_eq!(unbroken.state(), resumed.state());
@@ -57,8 +57,8 @@ fn resumed_mid_run() {
 fn refuses_what_it_did_not_write() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let bytes = Simulation::new(&system, &state, verner98(1e-11)).unwrap().to_bytes().unwrap();
-    assert!(Simulation::from_bytes(&bytes).is_ok());
-    let refusal = |bytes: &[u8]| match Simulation::from_bytes(bytes) {
+    assert!(read(&bytes).is_ok());
+    let refusal = |bytes: &[u8]| match read(bytes) {
         Err(Error::InvalidInput { value, .. }) => value,
         other => panic!("{other:?}"),
     };
@@ -90,7 +90,7 @@ fn data(name: &str) -> Vec<u8> {
 fn other_layouts_are_refused_by_their_number() {
     // The core's own file, and that of the Python package, both of version 0.1.0.
     for name in ["simulation-1.bin", "simulation-0.1.0.sim"] {
-        let refusal = Simulation::from_bytes(&data(name)).unwrap_err().to_string();
+        let refusal = read(&data(name)).unwrap_err().to_string();
         for part in ["of layout 1", "fullbody 0.1.0", "expected layout 2"] {
             assert!(refusal.contains(part), "{name}: {refusal}");
         }
@@ -98,14 +98,14 @@ fn other_layouts_are_refused_by_their_number() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut bytes = Simulation::new(&system, &state, verner98(1e-11)).unwrap().to_bytes().unwrap();
     bytes[8] = 3;
-    let refusal = Simulation::from_bytes(&bytes).unwrap_err().to_string();
+    let refusal = read(&bytes).unwrap_err().to_string();
     assert!(refusal.contains("of layout 3, that of a newer fullbody"), "{refusal}");
 }
 
 /// A file of the present layout, which cannot change unseen.
 #[test]
 fn reads_its_layout() {
-    let simulation = Simulation::from_bytes(&data("simulation-2.bin")).unwrap();
+    let simulation = read(&data("simulation-2.bin")).unwrap();
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut again = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     integrate(&mut again, 1.0, &Output::Times(vec![]), false);
@@ -125,12 +125,12 @@ fn a_written_file_is_read() {
     simulation.notes = "kept".to_owned();
     integrate(&mut simulation, 1.0, &Output::Times(vec![]), false);
     std::fs::write(&path, simulation.to_bytes().unwrap()).unwrap();
-    let read = Simulation::from_bytes(&std::fs::read(&path).unwrap()).unwrap();
+    let again = read(&std::fs::read(&path).unwrap()).unwrap();
     if std::env::var_os("KEEP").is_none() {
         std::fs::remove_file(&path).unwrap();
     }
-    assert_eq!(read.state(), simulation.state());
-    assert_eq!(read.notes, simulation.notes);
+    assert_eq!(again.state(), simulation.state());
+    assert_eq!(again.notes, simulation.notes);
 }
 
 /// Every number of the set-up stands once in an archive, as text: nothing can disagree with it.

@@ -352,3 +352,26 @@ fn in_touch() {
         attempt(&mut simulation, 100.0, &Output::Steps, &mut [], true).1.unwrap();
     }
 }
+
+/// A fixed step that takes two bodies nearer to each other than it was prepared for is refused with their names and how near it took
+/// them: to where straight lines lead in the middle of a leapfrog's step, and at its end by the Lie group's.
+#[test]
+fn fixed_steps_that_come_too_close_name_the_bodies() {
+    let shapes = [[1.0, 0.9, 0.8], [0.1, 0.09, 0.08], [0.2, 0.15, 0.1]].map(|a| Shape::ellipsoid(a).unwrap());
+    let system = system(&shapes, 1e-9);
+    // C goes by A, at a distance of 3 after a time of 30; B is far off.
+    let position = vec![Vec3::zeros(), Vec3::new(0.0, 90.0, 0.0), Vec3::new(-30.0, 3.0, 0.0)];
+    let velocity = vec![Vec3::zeros(), Vec3::zeros(), Vec3::new(1.0, 0.0, 0.0)];
+    let state = State::new(2.5, position, velocity, vec![STILL; 3], vec![Vec3::zeros(); 3]).unwrap();
+    for integrator in [
+        Integrator::SymplecticSplitting { step: 60.0, scheme: Scheme::Leapfrog },
+        Integrator::LieGroupVariational { step: 30.0 },
+    ] {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let message = simulation.step(9e9, &mut Patience::endless()).unwrap_err().to_string();
+        for part in ["at time 2.5", "A and C come to a separation of 3.0000", "use a shorter step"] {
+            assert!(message.contains(part), "{message}");
+        }
+        assert_eq!(simulation.state(), state);
+    }
+}

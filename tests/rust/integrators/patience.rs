@@ -77,6 +77,53 @@ fn many_bodies() {
     }
 }
 
+/// Archives of very many bodies, and the rules of their pairs.
+#[test]
+fn many_bodies_of_an_archive() {
+    let (system, state) = lattice(60, Shape::ellipsoid([1.0, 0.9, 0.8]).unwrap());
+    let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
+    simulation.step(9.0, &mut Patience::endless()).unwrap();
+    let bytes = simulation.to_bytes().unwrap();
+    interrupted(impatient(|patience| Simulation::from_bytes(&bytes, patience)));
+    assert_eq!(read(&bytes).unwrap().state(), simulation.state());
+    // Making the pairs is most of it; their 1,770 rules have dozens of nodes each.
+    let ((rules, switches), mut dynamics) = (simulation.dynamics().memory(), simulation.dynamics().clone());
+    interrupted(impatient(|patience| dynamics.recall(&rules, &switches, patience)));
+    // 11,175 pairs.
+    let (system, state) = lattice(150, Shape::sphere(1.0).unwrap());
+    let simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
+    let mut dynamics = simulation.dynamics().clone();
+    interrupted(impatient(|patience| dynamics.copy_rules(simulation.dynamics(), patience)));
+}
+
+/// Two bodies so close that their rule is found by comparing some with ten thousands of nodes.
+#[test]
+fn comparing_rules() {
+    let (system, mut state) = lattice(2, Shape::ellipsoid([1.0, 0.9, 0.05]).unwrap());
+    state.position[1] = Vec3::new(0.0, 0.0, 0.1 + 1e-4);
+    let counted = |outcome: Result<()>| assert_eq!(interrupted(outcome), 2.5);
+    let settings = Settings { gravity: Method::Surface, ..Settings::default() };
+    let system = System::new(system.bodies().to_vec(), 1.0, settings).unwrap();
+    counted(impatient(|patience| system.interactions(&state, patience).map(drop)));
+    counted(impatient(|patience| Simulation::begin(&system, &state, verner98(1e-9), patience).map(drop)));
+}
+
+/// Whether bodies have met in a step is asked of every pair: of 51,040 spheres, and of no points.
+#[test]
+fn watching_for_contact() {
+    let looks = |shape| {
+        let (system, state) = lattice(320, shape);
+        let integrator = Integrator::LieGroupVariational { step: 1e-3 };
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let mut patience = Patience::endless();
+        simulation.step(9.0, &mut patience).unwrap();
+        patience.looks()
+    };
+    let (spheres, points) = (looks(Shape::sphere(1.0).unwrap()), looks(Shape::Point));
+    println!("{spheres} {points}");
+    assert!(spheres >= points + 2, "{spheres} {points}");
+}
+
 /// An evaluation in parts is one evaluation.
 #[test]
 fn parts_make_a_whole() {

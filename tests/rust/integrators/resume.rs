@@ -87,7 +87,7 @@ fn compare(
     let now = first.time();
     assert!((share * until - now) * until >= 0.0 && now.abs() < until.abs(), "{label}: {now}");
     assert_eq!(begun.dense.as_ref().unwrap().range(), (0.0, now));
-    let mut second = Simulation::from_bytes(&first.to_bytes().unwrap()).unwrap();
+    let mut second = read(&first.to_bytes().unwrap()).unwrap();
     let rest: Vec<f64> = times.iter().copied().filter(|t| t.abs() > now.abs()).collect();
     let (resumed, outcome) = run(&mut second, until, &rest, &mut events());
     outcome.unwrap();
@@ -195,7 +195,7 @@ fn a_terminal_event_is_not_found_again() {
         let apoapsis = || Event::new(Condition::Apoapsis { first: 0, second: 1 }).terminal();
         let mut last = 0.0;
         for _ in 0..3 {
-            simulation = Simulation::from_bytes(&simulation.to_bytes().unwrap()).unwrap();
+            simulation = read(&simulation.to_bytes().unwrap()).unwrap();
             let (record, outcome) = run(&mut simulation, 30.0, &[], &mut [apoapsis()]);
             outcome.unwrap();
             assert_eq!(record.stop_reason, StopReason::Event(0));

@@ -95,3 +95,54 @@ fn fixed_steps() {
         assert_eq!(simulation.time(), 10.25);
     }
 }
+
+/// A run of more steps than a double counts is refused before its first one, with their number; one of fewer is not.
+#[test]
+fn more_steps_than_can_be_counted() {
+    let (system, mut state) = tumbling(Method::Point, AttitudeChart::Quaternion);
+    state.time = 1e9;
+    let run = |step: f64, until: f64| {
+        let integrator = Integrator::LieGroupVariational { step };
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let mut record = Trajectory::new(2);
+        let outcome =
+            simulation.integrate(until, &Output::Times(vec![]), &mut record, &mut |_| ControlFlow::Break(()));
+        assert_eq!(simulation.state(), state);
+        outcome.unwrap_err()
+    };
+    for until in [2e9, 0.0] {
+        let error = run(1e-7, until);
+        assert!(matches!(error, Error::InvalidInput { .. }), "{error}");
+        for part in ["step is 1e-7", "takes 1.0e16 of them"] {
+            assert!(error.to_string().contains(part), "{error}");
+        }
+        assert!(matches!(run(1e-6, until), Error::Interrupted { .. }));
+    }
+}
+
+/// A simulation that is set to a state is one that began there, with its notes kept; a state that it cannot have changes nothing.
+#[test]
+fn set_to_a_state() {
+    let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+    for integrator in [verner98(1e-10), Integrator::LieGroupVariational { step: 0.1 }] {
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        simulation.notes = "kept".to_owned();
+        integrate(&mut simulation, 1.0, &Output::Steps, false);
+        let mut other = state.clone();
+        other.time = 3.5;
+        other.velocity[1] *= 1.1;
+        simulation.set_state(&other, &mut Patience::endless()).unwrap();
+        let mut fresh = Simulation::new(&system, &other, integrator).unwrap();
+        assert_eq!(simulation.notes, "kept");
+        assert_eq!((simulation.state(), simulation.time()), (other.clone(), 3.5));
+        assert_eq!(simulation.statistics(), fresh.statistics());
+        assert_eq!(simulation.start(), fresh.start());
+        let [a, b] = [&mut simulation, &mut fresh].map(|s| integrate(s, 5.0, &Output::Steps, false));
+        assert_eq!(a, b);
+        let present = simulation.state();
+        other.position[1] = other.position[0];
+        let refused = simulation.set_state(&other, &mut Patience::endless());
+        assert!(matches!(refused, Err(Error::BodiesOverlap { time: 3.5, .. })));
+        assert_eq!((simulation.state(), simulation.notes.as_str()), (present, "kept"));
+    }
+}

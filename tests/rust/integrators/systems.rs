@@ -1,9 +1,11 @@
 //! Systems to run.
 
 use fullbody::dynamics::{AttitudeChart, Settings, State, System};
+use fullbody::error::Result;
 use fullbody::integrate::{Scheme, Tolerance};
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
+use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
 use std::ops::ControlFlow;
@@ -93,4 +95,9 @@ pub fn difference_of_rotation(a: &State, b: &State) -> f64 {
     let attitudes = a.attitude.iter().zip(&b.attitude).flat_map(|(p, q)| p.iter().zip(q));
     let attitudes = attitudes.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
     a.spin.iter().zip(&b.spin).map(|(x, y)| (x - y).norm()).fold(attitudes, f64::max)
+}
+
+/// The simulation of an archive.
+pub fn read(bytes: &[u8]) -> Result<Simulation> {
+    Simulation::from_bytes(bytes, &mut Patience::endless())
 }

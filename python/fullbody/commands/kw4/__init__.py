@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not 0.0 < arguments.until < float("inf"):
         raise InvalidInput(f"--until is {arguments.until:g}; expected hours above zero")
 
-    # What is missing is said before the work, not after it.
+    # A missing package is reported before the work, not after it.
     netcdf()
     matplotlib("figure")
     out: Path = arguments.out

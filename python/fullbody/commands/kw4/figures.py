@@ -26,48 +26,47 @@ def all_figures(runs: dict[year.Shape, Run]) -> dict[str, Any]:
 
 def elements(runs: dict[year.Shape, Run]) -> Any:
     """Eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
-    drawn, axes = figure(3, 1, (7.0, 8.0), sharex=True)
+    drawn = matplotlib("figure").Figure(figsize=(8.0, 7.5), layout="constrained")
+    names = list(runs)
+    axes = drawn.subplot_mosaic([[f"e {s}" for s in names], [f"a {s}" for s in names], ["inclination"] * len(names)])
     width = _ORBITS * printed.YEAR["ellipsoid"].period
     # In a short run the oscillation itself can be seen.
     long = min(float(year.plain(run.time)[-1]) for run in runs.values()) > 10 * width
-    bands = []
+    tilt = axes["inclination"]
     for shape, run in runs.items():
         hours, orbit, style = year.plain(run.time), run.elements(), SHAPES[shape]
-        bands.append(matplotlib("patches").Patch(**_inside(shape), label=style["label"]))
-        for ax, values in zip(axes[:2, 0], (orbit.e, year.plain(orbit.a)), strict=True):
-            if not long:
-                ax.plot(hours, values, linewidth=1.1, **style)
-                continue
-            middle, low, high = windows(hours, values, width)
-            ax.fill_between(middle, low, high, **_inside(shape))
-            for edge in (low, high):
-                ax.plot(middle, edge, linewidth=1.3, color=style["color"], linestyle=style["linestyle"])
+        line = {"color": style["color"], "linewidth": 0.9}
+        for name, values in (("e", orbit.e), ("a", year.plain(orbit.a))):
+            ax = axes[f"{name} {shape}"]
+            if long:
+                middle, low, high = windows(hours, values, width)
+                ax.fill_between(middle, low, high, color=style["color"], alpha=0.3, linewidth=0.0)
+                for edge in (low, high):
+                    ax.plot(middle, edge, **line)
+            else:
+                ax.plot(hours, values, **line)
+            # Both shapes on one scale, told in the first.
+            first = axes[f"{name} {names[0]}"]
+            ax.tick_params(labelbottom=name == "a", labelleft=ax is first)
+            if ax is not first:
+                ax.sharey(first)
+            ax.margins(x=0)
+            ax.locator_params(axis="x", nbins=5)
+            grid(ax)
+        over = f"range over {_ORBITS} orbits" if long else "each step"
+        axes[f"e {shape}"].set_title(f"{style['label']}: {over}", fontsize="medium")
         thinned = run[::16] if long else run
-        axes[2, 0].plot(year.plain(thinned.time), year.inclination_to_first(thinned), linewidth=1.3, **style)
-    for ax, label in zip(
-        axes[:, 0],
-        ("eccentricity (dimensionless)", "semi-major axis [km]", "inclination to the\nfirst orbit's plane [deg]"),
-        strict=True,
-    ):
-        ax.set_ylabel(label)
-        ax.margins(x=0)
-        grid(ax)
-        if long and ax is not axes[2, 0]:
-            ax.set_title(f"range over {_ORBITS} orbits", loc="left", fontsize="small")
-            legend(ax, handles=bands)
-        else:
-            legend(ax)
-    axes[2, 0].set_xlabel("time [h]")
+        tilt.plot(year.plain(thinned.time), year.inclination_to_first(thinned), linewidth=1.3, **style)
+    axes[f"e {names[0]}"].set_ylabel("eccentricity\n(dimensionless)")
+    axes[f"a {names[0]}"].set_ylabel("semi-major axis [km]")
+    tilt.set_ylabel("inclination to the\nfirst orbit's plane [deg]")
+    tilt.set_xlabel("time [h]")
+    tilt.margins(x=0)
+    grid(tilt)
+    legend(tilt)
+    drawn.align_ylabels()
     drawn.suptitle("1999 KW4: Beta's osculating orbit about Alpha")
     return drawn
-
-
-def _inside(shape: str) -> dict[str, Any]:
-    """One band is filled, the other hatched."""
-    colour = SHAPES[shape]["color"]
-    if shape == "ellipsoid":
-        return {"facecolor": colour, "alpha": 0.25, "linewidth": 0.0}
-    return {"facecolor": "none", "edgecolor": colour, "hatch": "////", "linewidth": 0.0}
 
 
 def beta_spin(runs: dict[year.Shape, Run]) -> Any:

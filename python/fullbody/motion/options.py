@@ -1,4 +1,4 @@
-"""What is asked of a run, refused before it starts where it does not fit: output, events, autosave, progress."""
+"""The options of a run, checked before it starts: output, events, autosave, progress."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def sampling(output: Any, units: Units) -> tuple[float | None, Any]:
 
 
 def autosaving(autosave: Any) -> tuple[Path, float]:
-    """Where to write and how often, refused before the run starts."""
+    """Where to write and how often."""
     try:
         where, every = autosave
         path, seconds = as_path(where), float(every)
@@ -84,7 +84,7 @@ class Bar:
 
     def _update(self, start: float, time: float, end: float) -> None:
         self._bar.n = (time - start) / (end - start)
-        # Time of the system passed a second of the clock.
+        # The time of the system that passes in a second of the clock.
         rate = abs(time - start) / max(self._bar.format_dict["elapsed"], 1e-9)
         self._end = f"t = {end:.6g}, {rate:.3g}/s"
         self._bar.set_postfix_str(f"t = {time:.6g}, {rate:.3g}/s", refresh=False)

@@ -1,4 +1,4 @@
-"""One body of a run as seen from another."""
+"""The motion of one body of a run relative to another."""
 
 from __future__ import annotations
 
@@ -18,26 +18,27 @@ if TYPE_CHECKING:
     from ..record.base import BaseRun
 
 _Array = npt.NDArray[np.float64]
-#: Fewer revolutions than these have no mean to speak of; from :data:`WINDOWED` on, a window tells it from what recurs.
+#: No mean is taken of fewer revolutions than these; from :data:`WINDOWED` on, a window separates it from periodic
+#: terms.
 REVOLUTIONS, WINDOWED = 2, 5
-#: Radians. A pole nearer to an axis is there but for round-off, which alone would say how it goes about it.
+#: Radians. The motion of a pole about an axis that it is nearer to than this is round-off.
 NEAREST = 1e-9
 #: How much of a period may lie between two samples, how far the Kepler orbit of one may miss the next relative to the
 #: distance, how far the direction may turn where there is none, and how many points of a run are at most followed.
 _APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 
-class View:
-    """Plain numbers of a run, and its units for what comes out.
+class RelativeMotion:
+    """The numbers of a run that observables need, and its units for their results.
 
     Parameters
     ----------
     about : int, str or None
         ``None`` for the first other body.
     least : int
-        How many samples it takes to say something.
+        How many samples the observable needs.
     revolutions : int
-        How many of those it takes.
+        How many revolutions it needs.
     """
 
     def __init__(
@@ -77,7 +78,9 @@ class View:
 
     @cached_property
     def path(self) -> follow.Path:
-        """The motion at even times that hold its harmonics: the samples, where they are so or it is no orbit."""
+        """The motion at even times that are close enough to hold its harmonics. Such samples are taken as they are, and
+        so are those of a motion that is no orbit.
+        """
         samples = self._samples
         if not self._orbits:
             self._check_directions()
@@ -87,7 +90,7 @@ class View:
         regular = signal.even(self.time)
         if regular and len(self.time) > least:
             return samples
-        # Where steps are short for the sake of something fast, so are these.
+        # Uneven samples may be close for the sake of something fast, so these are at least as many.
         count = int(max(least, 0 if regular else 2 * len(self.time))) + 2
         if count > _POINTS:
             raise InvalidInput(
@@ -123,7 +126,7 @@ class View:
         return follow.along(self._samples, self._mu, moments)[0]
 
     def halved(self) -> follow.Path:
-        """The path as every second sample tells it."""
+        """The path that follows from every second sample."""
         kept = np.union1d(np.arange(0, len(self.time), 2), len(self.time) - 1)
         samples = follow.Path(*(values[kept] for values in self._samples))
         return follow.along(samples, self._mu, self.path.time)[0]
@@ -138,12 +141,12 @@ class View:
 
     @cached_property
     def _periods(self) -> _Array:
-        """Of the Kepler orbits that the samples are on (K,)."""
+        """Periods of the Kepler orbits through the samples (K,)."""
         return follow.periods(self._samples, self._mu)
 
     @property
     def _orbits(self) -> bool:
-        """Whether the motion is near to one Kepler orbit: some other body may be what it is about."""
+        """Whether the motion is near to one Kepler orbit. The body may go about some other one."""
         return bool(np.isfinite(self._periods).all() and self._periods.max() < 2 * self._periods.min())
 
     @property
@@ -171,7 +174,7 @@ class View:
             first = int(np.argmax(parts >= _APART))
             self._refuse_sparse(first, parts[first])
         angle, rate = self.longitude
-        # What the rates at both ends make of it: half a turn aside, and the way between two directions is another one.
+        # The angle by the rates at both ends. Where it differs by half a turn, the direction went another way round.
         ahead = (rate[1:] + rate[:-1]) / 2 * np.diff(self.path.time)
         lost = np.abs(ahead - np.diff(angle)) > np.pi
         if lost.any():
@@ -226,12 +229,12 @@ class View:
         """The direction of the spin (K, 3), inertial."""
         size = np.linalg.norm(self.spin, axis=1)
         if not np.all(size > 0.0):
-            raise InvalidInput("the body does not spin; its pole is nowhere")
+            raise InvalidInput("the body does not spin; it has no pole of rotation")
         direction: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
         return direction
 
     def mean_rate(self, values: _Array) -> float:
-        """The slope of what changes with every revolution."""
+        """The slope of an angle that changes with every revolution."""
         return signal.slope(self.time, values, self._power)
 
     @property

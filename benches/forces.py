@@ -1,0 +1,92 @@
+"""What forces from outside cost: the year of 1999 KW4 with Sun, tide and BYORP beside the year without.
+
+    python benches/forces.py [--hours 8766] [--repeats 3]
+
+Prints the ratio of the two times, which is to be at most 1.25, and what each force adds alone; then what a compiled
+force of one's own costs a call beyond the time that it takes itself, which is to be below 100 ns: the difference
+between runs with and without a function in C that does nothing. Runs with and without take turns, and the shortest of
+each counts. Needs a C compiler.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import fullbody
+from fullbody.forces import Byorp, Force, Function, ThirdBody, Tide
+
+AU = 1.495978707e8
+#: The orbit of 1999 KW4 round the Sun in its ecliptic; km, hours, kg.
+SUN = ThirdBody(
+    mass=1.98841e30,
+    orbit=fullbody.KeplerElements(a=0.642 * AU, e=0.688, i=0.68, Omega=4.27, omega=3.36, M=0.0),
+    of="system",
+    name="Sun",
+)
+TIDE = Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+#: That of a coefficient of 0.02 by Jacobson & Scheeres.
+BYORP = Byorp(on="Beta", about="Alpha", force=200.6)
+NOTHING = """
+#include <stdint.h>
+int nothing(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
+            const double *spin, double *force, double *torque, void *data) { return 0; }
+"""
+
+
+def compiled(folder: str) -> Function:
+    """A force in C that does nothing."""
+    source, library = Path(folder) / "nothing.c", Path(folder) / "nothing.so"
+    source.write_text(NOTHING)
+    subprocess.run(["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
+    return Function(ctypes.CDLL(str(library)).nothing, name="nothing", depends_on_velocity=False)
+
+
+def race(cases: dict[str, list[Force]], hours: float, repeats: int) -> dict[str, tuple[float, int]]:
+    """Shortest time of the processor, seconds, and evaluations of each."""
+    found: dict[str, tuple[float, int]] = {}
+    for _ in range(repeats):
+        for name, forces in cases.items():
+            system, state = fullbody.systems.kw4()
+            system = system.with_forces(forces)
+            started = time.process_time()
+            run = system.integrate(state, hours, output=[hours])
+            seconds = time.process_time() - started
+            found[name] = (min(seconds, found.get(name, (seconds, 0))[0]), run.statistics.evaluations)
+    return found
+
+
+def main() -> None:
+    """Print the ratios and the cost of a call."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hours", type=float, default=8766.0)
+    parser.add_argument("--repeats", type=int, default=3)
+    arguments = parser.parse_args()
+    cases: dict[str, list[Force]] = {
+        "without": [],
+        "Sun": [SUN],
+        "tide": [TIDE],
+        "BYORP": [BYORP],
+        "Sun, tide and BYORP": [SUN, TIDE, BYORP],
+    }
+    found = race(cases, arguments.hours, arguments.repeats)
+    base, _ = found["without"]
+    print(f"1999 KW4, {arguments.hours:g} h{'':<15}seconds     ratio   evaluations")
+    for name, (seconds, evaluations) in found.items():
+        print(f"{name:<33}{seconds:8.3f}{seconds / base:10.3f}{evaluations:14}")
+    with tempfile.TemporaryDirectory() as folder:
+        nothing = compiled(folder)
+        cases = {"none": [], "one": [nothing], "tide": [TIDE], "both": [TIDE, nothing]}
+        found = race(cases, arguments.hours, arguments.repeats)
+    # Per evaluation of each, for the last bits may differ.
+    each = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in found.items()}
+    print(f"a compiled force that does nothing: {each['one'] - each['none']:.0f} ns a call as the only force,")
+    print(f"{each['both'] - each['tide']:.0f} ns beside the tide; the first includes what the books of any force cost")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,167 @@
+"""Paths of the Sun and the planets relative to a system on its orbit about the Sun."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import epochs, rotations
+from ..base.units import Units, is_quantity, need, numbers, strip_to
+from ..errors import InvalidInput
+from ..frames import rotation
+from ..orbit.elements import KeplerElements
+
+if TYPE_CHECKING:
+    from astropy.time import Time
+
+__all__ = ["path"]
+
+_Array = npt.NDArray[np.float64]
+#: G times mass, km^3/s^2, of DE440 (Park et al. 2021, table 2); those of planets with satellites include these.
+_GM = {
+    "sun": 132712440041.279419,
+    "mercury": 22031.868551,
+    "venus": 324858.592,
+    "earth": 398600.435507,
+    "moon": 4902.800118,
+    "earth-moon-barycenter": 403503.235625,
+    "mars": 42828.375816,
+    "jupiter": 126712764.1,
+    "saturn": 37940584.8418,
+    "uranus": 5794556.4,
+    "neptune": 6836527.10058,
+    "pluto": 975.5,
+}
+#: The error of the cubic spline, relative to the distance.
+_ERROR = 1e-9
+#: Steps beyond either end, so that the spline's ends are outside.
+_MARGIN = 8
+_MOST = 200_000
+
+
+def path(
+    name: Any, date: Any, orbit: Any, duration: Any, epoch: Any, ephemeris: Any, frame: Any, units: Any
+) -> dict[str, Any]:
+    """Name, mu, times and positions of a third body; see :meth:`fullbody.forces.ThirdBody.from_ephemeris`."""
+    with need("units", "an ephemeris"):
+        from astropy import units as u
+
+    body = name.lower() if isinstance(name, str) else name
+    if body not in _GM:
+        raise InvalidInput(f"name is {name!r}; expected one of {', '.join(_GM)}")
+    given = Units(units)
+    start = _date(date, "date")
+    axes = _axes(frame)
+    about_sun = _about_sun(orbit, start, start if epoch is None else _date(epoch, "epoch"), given)
+
+    def relative(times: _Array) -> _Array:
+        """Positions in km at seconds from the date."""
+        away = -about_sun(times)
+        if body != "sun":
+            away += _from_sun(body, start + times * u.s, ephemeris)
+        return np.asarray(away @ axes.T)
+
+    length = _seconds(duration, given)
+    times, positions = _table(relative, min(length, 0.0), max(length, 0.0), body)
+    found = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
+    if given.known:
+        kinds = {"mu": "mu", "times": "time", "positions": "length"}
+        found = {key: given.strip(value, kinds[key], key) for key, value in found.items()}
+        found["mu"] = float(found["mu"])
+    return {"name": body.title(), **found}
+
+
+def _table(relative: Callable[[_Array], _Array], first: float, last: float, body: str) -> tuple[_Array, _Array]:
+    """Times in even steps and positions there, so dense that a cubic spline is right to the error.
+
+    That of a spline between even knots is a 384th of the fourth difference.
+    """
+    step = (last - first) / 64
+    while True:
+        count = int(np.ceil((last - first) / step)) + 1 + 2 * _MARGIN
+        if count > _MOST:
+            raise InvalidInput(f"duration of the path of {body} needs more than {_MOST} rows; expected a shorter one")
+        times = np.asarray(first + step * (np.arange(count) - _MARGIN), dtype=np.float64)
+        positions = relative(times)
+        fourth = np.linalg.norm(np.diff(positions, n=4, axis=0), axis=1)
+        error = float((fourth / 384 / np.linalg.norm(positions[2:-2], axis=1)).max())
+        if error <= _ERROR:
+            return times, positions
+        # The error goes with the fourth power of the step.
+        step *= min(0.9 * (_ERROR / error) ** 0.25, 0.9)
+
+
+def _about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> Callable[[_Array], _Array]:
+    """The system from the Sun in km, in the ecliptic of J2000, at seconds from the start."""
+    from astropy import units as u
+
+    if not isinstance(orbit, KeplerElements):
+        raise InvalidInput(f"orbit is {orbit!r}; expected the KeplerElements of the system about the Sun")
+    if orbit.frame not in (None, "ecliptic"):
+        orbit = orbit.to_frame("ecliptic")
+    if is_quantity(orbit.a):
+        a = float(strip_to(orbit.a, u.km, "semi-major axis of orbit"))
+    elif given.known:
+        a = float((numbers(orbit.a, "semi-major axis of orbit") * given.unit("length")).to_value(u.km))
+    else:
+        raise InvalidInput(
+            f"semi-major axis of orbit is {orbit.a!r}; expected a Quantity, such as 1.6442 * u.au, or units=(...)"
+        )
+    angle = Units().number
+    e, i, node, argument, mean = (angle(getattr(orbit, key), "angle", key) for key in ("e", "i", "Omega", "omega", "M"))
+    rate = np.sqrt(_GM["sun"] / abs(a) ** 3)
+    late = (start - epoch).to_value(u.s)
+
+    def place(times: _Array) -> _Array:
+        anomaly = mean + rate * (times + late)
+        if e < 1.0:
+            anomaly = np.remainder(anomaly, 2 * np.pi)
+        same = np.ones_like(times)
+        orbits = KeplerElements(a * same, e * same, i * same, node * same, argument * same, anomaly)
+        return np.asarray(orbits.to_cartesian(_GM["sun"])[0])
+
+    return place
+
+
+def _from_sun(body: str, times: Time, ephemeris: Any) -> _Array:
+    """A planet from the Sun in km, in the ecliptic of J2000."""
+    from astropy.coordinates import get_body_barycentric
+
+    with need("jplephem" if ephemeris != "builtin" else "units", f"the ephemeris {ephemeris!r}"):
+        try:
+            planet, sun = (get_body_barycentric(name, times, ephemeris=ephemeris) for name in (body, "sun"))
+        except (KeyError, ValueError, TypeError, OSError) as error:
+            raise InvalidInput(f"{body} cannot be had from the ephemeris {ephemeris!r}: {error}") from error
+    return np.asarray((planet - sun).xyz.to_value("km").T @ rotation("equatorial", "ecliptic").T)
+
+
+def _axes(frame: Any) -> _Array:
+    """The matrix from the ecliptic of J2000 to the axes of the system."""
+    if isinstance(frame, str):
+        return rotation("ecliptic", frame)
+    matrix = numbers(frame, "frame")
+    if matrix.shape != (3, 3) or not rotations.is_rotation(matrix):
+        raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or a rotation matrix (3, 3)")
+    return matrix
+
+
+def _date(given: Any, what: str) -> Time:
+    try:
+        return epochs.to_time(epochs.to_text(given)).tdb
+    except InvalidInput as error:
+        raise InvalidInput(f"{what}: {error}") from error
+
+
+def _seconds(duration: Any, given: Units) -> float:
+    from astropy import units as u
+
+    units = given if given.known else Units(("km", "s", "kg"))
+    number = units.number(duration, "time", "duration")
+    if not is_quantity(duration) and not isinstance(duration, str) and not given.known:
+        raise InvalidInput(f"duration is {duration!r}; expected a Quantity, text such as '30 day', or units=(...)")
+    if number == 0.0:
+        raise InvalidInput("duration is 0; expected a time, below zero for runs back in time")
+    return float((number * units.unit("time")).to_value(u.s))

@@ -1,0 +1,47 @@
+"""What forces from outside did."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ._style import check_samples, grid, label, legend, line, matplotlib, plain, single, time_label, times, wishes
+
+if TYPE_CHECKING:
+    from ..record.base import BaseRun
+
+#: Above this ratio of the largest to the smallest work, a linear axis would show the smallest as none.
+_APART = 30.0
+_NAME = 24
+
+
+def work(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
+    """See :meth:`fullbody.plots.Plots.work`."""
+    check_samples(run)
+    forces = run.system.forces
+    if not forces:
+        raise InvalidInput("the run has no forces from outside; expected a system with some to draw their work")
+    ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
+    done = run._record["work"]
+    sizes = np.abs(done).max(axis=0)
+    for place, force in enumerate(forces):
+        name = force.name if len(force.name) <= _NAME else f"{force.name[: _NAME - 1]}…"
+        name = plain(name) if sizes[place] > 0.0 else f"{plain(name)}: none"
+        ax.plot(times(run), done[:, place], **line(place, {"label": name, **kwargs}))
+    sizes = sizes[sizes > 0.0]
+    if len(sizes) and sizes.max() > _APART * sizes.min():
+        # Linear over all of the smallest force's work, then decades.
+        threshold = 10.0 ** np.ceil(np.log10(sizes.min()))
+        ax.set_yscale("symlog", linthresh=threshold, linscale=1.5)
+        ticker = matplotlib("ticker")
+        locator = ticker.SymmetricalLogLocator(base=10.0, linthresh=threshold)
+        # Room for a number each on a page too.
+        locator.set_params(numticks=5)
+        ax.yaxis.set_major_locator(locator)
+    ax.set_ylabel(label(run, "work", "energy"))
+    grid(ax)
+    legend(ax)
+    time_label(ax, run)
+    return ax

@@ -1,0 +1,116 @@
+"""Starts whose runs have a given mean period."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..errors import BodiesOverlap, FullbodyError
+from ..model.state import State
+from ..motion.simulation import System
+
+#: The mean is measured over 16 to 64 revolutions, which hold 5 librations of a locked body where they can.
+REVOLUTIONS, MOST, LIBRATIONS = 16, 64, 5
+#: Samples in a revolution; relative errors of the period that end the search, and above which there is a warning.
+SAMPLES, ENOUGH, WARN_ABOVE = 32, 1e-9, 1e-6
+#: The mean is then compared with that over 2 and 4 times as many revolutions, to this relative error. Of 120 random
+#: orbits of e < 0.1 about bodies with tilts below 0.1 radians 117 keep it to 3e-5; the others are irregular.
+LONGER, LASTING = (2, 4), 1e-4
+_TOLERANCE = 1e-11
+_TRIALS = 6
+
+
+def start_with_period(
+    system: System, period: float, start: Callable[[float], State], locked: Sequence[int]
+) -> tuple[State, str | None]:
+    """The start whose run has a mean sidereal period, and a warning where its run does not keep that.
+
+    The period is measured over some revolutions and then compared over more. The comparison is needed: one number of
+    the start is adjusted, and that can give even an irregular motion any mean over one length.
+
+    Parameters
+    ----------
+    start
+        Makes a start (in plain numbers) for a period. The mean period of its run changes almost one to one with that.
+    locked
+        Places of the bodies that turn with the orbit, and may librate.
+    """
+    best = start(period)
+    if _of_points(system):
+        return best, None
+    gravity = system.options["gravity"]
+    # Both of the exact methods give the same; the focal rule is the faster one.
+    method = {"gravity": "focal", "order": None} if gravity == "surface" else {}
+    rough = system.with_options(attitude_chart="quaternion", gravity_tolerance=_TOLERANCE, **method)
+    revolutions = _revolutions(system, locked)
+    aim, state, slope = period, best, 1.0
+    smallest, last = np.inf, (0.0, 0.0)
+    try:
+        for trial in range(_TRIALS):
+            error = _errors(rough, state, period, (revolutions,))[0]
+            if abs(error) < abs(smallest):
+                best, smallest = state, error
+            if abs(smallest) <= ENOUGH:
+                break
+            if trial > 0 and aim != last[0]:
+                secant = (error - last[1]) / (aim - last[0]) * period
+                slope = secant if 0.5 < secant < 2.0 else 1.0
+            last = (aim, error)
+            aim -= error / slope * period
+            state = start(aim)
+    except FullbodyError as failure:
+        if not np.isfinite(smallest):
+            return best, f"{revolutions} revolutions, to measure the mean period in, cannot be run: {_why(failure)}"
+    if abs(smallest) > WARN_ABOVE:
+        return best, (
+            f"the mean period over {revolutions} revolutions differs from the period given by {smallest:.1e} of it; "
+            "the motion is too irregular for a start to have it"
+        )
+    return best, doubt_of_later(rough, best, period, revolutions)
+
+
+def doubt_of_later(system: System, start: State, period: float, revolutions: int) -> str | None:
+    """A warning where the mean period over more revolutions is not the one over these."""
+    lengths = [revolutions * times for times in LONGER]
+    held = f"the mean period is the one given over {revolutions} revolutions"
+    try:
+        errors = _errors(system, start, period, lengths)
+    except FullbodyError as failure:
+        return f"{held}; {lengths[-1]}, to see whether it lasts in, cannot be run: {_why(failure)}"
+    if max(map(abs, errors)) <= LASTING:
+        return None
+    later = " and ".join(f"{error:+.1e} of it over {length}" for error, length in zip(errors, lengths, strict=True))
+    return f"{held} and differs by {later}; the motion is irregular, and no mean period lasts"
+
+
+def _why(error: FullbodyError) -> str:
+    return f"{' and '.join(error.bodies)} meet in them" if isinstance(error, BodiesOverlap) else str(error)
+
+
+def _errors(system: System, start: State, period: float, lengths: Sequence[int]) -> list[float]:
+    """The relative errors of the mean sidereal periods over each of these numbers of revolutions."""
+    from ..observables import mutual_period
+    from ..record.integrators import Verner98
+
+    integrator = Verner98(rtol=_TOLERANCE, atol=_TOLERANCE)
+    run = system.integrate(start, lengths[-1] * period, period / SAMPLES, integrator=integrator)
+    means = [mutual_period(run[: length * SAMPLES + 1]).mean for length in lengths]
+    return [float(getattr(mean, "value", mean)) / period - 1.0 for mean in means]
+
+
+def _revolutions(system: System, locked: Sequence[int]) -> int:
+    """How many revolutions hold some free librations of the slowest locked body; a nearly round one swings slowly."""
+    slowest = np.inf
+    for place in locked:
+        axes = system.bodies[place]._semi_axes(system._units)
+        if axes is not None and axes[0] != axes[1]:
+            a, b, _ = axes
+            slowest = min(slowest, float(np.sqrt(3 * abs(a**2 - b**2) / (a**2 + b**2))))
+    return int(np.clip(np.ceil(LIBRATIONS / slowest), REVOLUTIONS, MOST))
+
+
+def _of_points(system: System) -> bool:
+    """Whether the bodies attract as points do, so that a Kepler orbit is exact."""
+    spheres = all(len(set(body._semi_axes(system._units) or ())) <= 1 for body in system.bodies)
+    return spheres or system.options["gravity"] == "point"

@@ -1,0 +1,140 @@
+"""The start of a binary: its orbit, how its bodies stand and spin, and what is at rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import rotations
+from ..base.arguments import doubt_radians, longitude_latitude
+from ..base.units import Units, numbers, scalar
+from ..errors import InvalidInput
+from ..model.state import State
+from ..motion.simulation import System
+from ..orbit.elements import KeplerElements
+from .component import Component, attitude, pointing, rate
+from .masses import Found
+
+_Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """Shape and orientation of a Kepler orbit, and the place on it at the start; angles in radians."""
+
+    eccentricity: float
+    inclination: float
+    node: float
+    periapsis: float
+    anomaly: float
+
+    @classmethod
+    def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
+        """The orbit of the arguments of :func:`binary`, each checked."""
+        e = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
+        if not 0.0 <= e < 1.0:
+            raise InvalidInput(f"eccentricity is {eccentricity!r}; expected 0 to below 1")
+        node, inclination = 0.0, 0.0
+        if pole is not None:
+            longitude, latitude = longitude_latitude(pole, "pole")
+            node, inclination = longitude + np.pi / 2, np.pi / 2 - latitude
+        angles = (_angle(periapsis, "argument_of_periapsis"), _angle(anomaly, "mean_anomaly"))
+        return cls(e, inclination, node, *angles)
+
+    def cartesian(self, semi_major_axis: float, mu: float) -> tuple[_Array, _Array]:
+        """The secondary's position and velocity relative to the primary."""
+        angles = (self.inclination, self.node, self.periapsis, self.anomaly)
+        return KeplerElements(semi_major_axis, self.eccentricity, *angles).to_cartesian(mu)
+
+    @property
+    def plane(self) -> _Array:
+        """The attitude of the orbit's plane: x to the node, z to the pole."""
+        return rotations.product(rotations.turn(2, self.node), rotations.turn(0, self.inclination))
+
+
+@dataclass(frozen=True)
+class Start:
+    """All of the start but the size and the speed of the orbit, in plain numbers.
+
+    Attributes
+    ----------
+    separation
+        The vector from the primary to the secondary (3,), on the Kepler orbit of the masses.
+    attitudes
+        The attitudes of both (2, 4).
+    rates
+        The rates of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
+    shares
+        The bodies' positions and velocities divided by the relative ones (2,).
+    primary_turns
+        Whether the primary turns relative to the line that joins the bodies.
+    """
+
+    orbit: Orbit
+    separation: _Array
+    attitudes: _Array
+    rates: tuple[float, float | None]
+    shares: _Array
+    primary_turns: bool
+
+    @classmethod
+    def of(
+        cls,
+        system: System,
+        components: tuple[Component, Component],
+        found: Found,
+        orbit: Orbit,
+        libration: float | None,
+        at_rest: str,
+    ) -> Start:
+        """The start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
+        primary, secondary = components
+        separation, _ = orbit.cartesian(found.semi_major_axis, system._G * sum(found.masses))
+        plane = orbit.plane
+        synchronous = libration is not None
+        angle = None if libration is None else pointing(secondary, plane, -separation) + libration
+        attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, angle)])
+        rates = [rate(part, system._units, name) for part, name in zip(components, system.names, strict=True)]
+        turn = rates[0] * found.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
+        shares = np.array([0.0, 1.0])
+        if at_rest == "barycentre":
+            shares = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
+        return cls(
+            orbit,
+            separation,
+            attitudes,
+            (rates[0], None if synchronous else rates[1]),
+            shares,
+            primary_turns=bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6),
+        )
+
+    @property
+    def direction(self) -> _Array:
+        """The unit vector from the primary to the secondary."""
+        return self.separation / np.linalg.norm(self.separation)
+
+    @property
+    def locked(self) -> list[int]:
+        """The places of the bodies that turn with the orbit."""
+        return [k for k, turns in enumerate((self.primary_turns, self.rates[1] is not None)) if not turns]
+
+    def state(self, semi_major_axis: float, mu: float, period: float) -> State:
+        """The state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
+        r, v = self.orbit.cartesian(semi_major_axis, mu)
+        spins = [2 * np.pi / period if own is None else own for own in self.rates]
+        shares = self.shares[:, None]
+        return State(shares * r, shares * v, self.attitudes, [[0.0, 0.0, spin] for spin in spins])
+
+    def refuse_overlap(self, system: System, separation: _Array) -> None:
+        """Raise :class:`fullbody.BodiesOverlap` for bodies that overlap at a separation."""
+        state = State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes)._core
+        with system._explaining(lambda: state, " at the start"):
+            system._core.energy(state)
+
+
+def _angle(value: Any, what: str) -> float:
+    doubt_radians(value, what)
+    return Units().number(value, "angle", what)

@@ -1,0 +1,59 @@
+"""``[[forces]]`` of a ``system.toml``: the arguments of the classes of :mod:`fullbody.forces`."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields
+from typing import Any
+
+from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
+from ..forces.radiation import torque_dimension
+from ..orbit.elements import KeplerElements
+from .toml_table import Table
+
+__all__ = ["ELEMENTS", "elements", "force"]
+
+#: Elements of an orbit with their dimensions.
+ELEMENTS = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
+_KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
+_TEXTS = ("name", "of", "on", "by", "about", "normalization")
+#: Dimensions of the numbers among the arguments of all kinds.
+_NUMBERS: dict[str, str | None] = {
+    **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
+    **{"k2": None, "lag": "time", "radius": "length"},
+    **{"obliquity": "angle", "pole": None, "force": "force", "coefficient": None, "pressure": "pressure"},
+}
+
+
+def elements(table: Table) -> KeplerElements[Any]:
+    """The orbit of a table, in its units."""
+    numbers = {name: table.number(name, dimension) for name, dimension in ELEMENTS.items()}
+    with table.naming(""):
+        return KeplerElements(**numbers)
+
+
+def force(table: Table) -> Force:
+    """The force of a table, with numbers in its units."""
+    if table.content.get("kind") == "Function":
+        raise table.fault("kind", "is 'Function', which no file can hold; give it in Python: system.with_forces([...])")
+    table.take("kind", f"one of {', '.join(map(repr, _KINDS))}")
+    kind = _KINDS[table.choice("kind", tuple(_KINDS))]
+    known = fields(kind)
+    table.only("kind", *(entry.name for entry in known))
+    given: dict[str, Any] = {}
+    for entry in known:
+        if entry.name in table:
+            given[entry.name] = _argument(table, entry.name)
+        elif entry.default is MISSING:
+            raise table.fault(entry.name, f"is missing; {kind.__name__} needs it")
+    with table.naming(""):
+        return kind(**given)
+
+
+def _argument(table: Table, key: str) -> Any:
+    if key == "orbit":
+        return elements(table.table(key).only(*ELEMENTS))
+    if key in _TEXTS:
+        return table.text(key)
+    if key in ("along", "across"):
+        return table.array(key, torque_dimension(table.text("normalization") if "normalization" in table else None))
+    return table.array(key, _NUMBERS[key])

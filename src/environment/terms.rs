@@ -1,0 +1,188 @@
+//! The forces of a system as terms of a sum, and their books.
+
+use super::{Force, Loads, Scene, Switch, function, radiation, third_body, tide};
+use crate::error::{Error, Result, require_finite};
+use crate::math::Vec3;
+use crate::math::rotation::turned;
+use crate::shape::Body;
+
+/// Numbers of a force in the books: work, impulse, angular impulse.
+pub const BOOK: usize = 7;
+
+/// The forces of a system, ready for computing.
+#[derive(Debug, Clone)]
+pub struct Environment {
+    terms: Vec<Term>,
+    /// The bodies at the place in question.
+    pub scene: Scene,
+    loads: Vec<Loads>,
+}
+
+#[derive(Debug, Clone)]
+struct Term {
+    name: String,
+    law: Law,
+}
+
+#[derive(Debug, Clone)]
+enum Law {
+    ThirdBody(third_body::Pull),
+    Tide(tide::Lagging),
+    Yorp(radiation::Turning),
+    Byorp(radiation::Pushing),
+    Function(function::Called),
+}
+
+impl Environment {
+    /// The forces on bodies.
+    pub fn new(forces: &[Force], bodies: &[Body], gravitational_constant: f64) -> Result<Self> {
+        let mut terms: Vec<Term> = Vec::new();
+        for force in forces {
+            let name = force.name().to_owned();
+            if terms.iter().any(|term| term.name == name) {
+                return Err(Error::invalid("name of a force", format!("{name:?} twice"), "distinct names"));
+            }
+            let law = match force {
+                Force::ThirdBody(force) => Law::ThirdBody(force.ready(bodies, gravitational_constant)?),
+                Force::Tide(force) => Law::Tide(force.ready(bodies, gravitational_constant)?),
+                Force::Yorp(force) => Law::Yorp(force.ready(bodies)?),
+                Force::Byorp(force) => Law::Byorp(force.ready(bodies, gravitational_constant)?),
+                Force::Function(force) => Law::Function(force.ready(bodies)?),
+            };
+            terms.push(Term { name, law });
+        }
+        let none =
+            Loads { force: vec![Vec3::zeros(); bodies.len()], torque: vec![Vec3::zeros(); bodies.len()] };
+        Ok(Self { loads: vec![none; terms.len()], scene: Scene::new(bodies.len()), terms })
+    }
+
+    /// Number of forces.
+    pub fn len(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// What every force does at the scene, by its place in the list.
+    pub fn loads(&self) -> &[Loads] {
+        &self.loads
+    }
+
+    /// Whether a force needs the attitudes as quaternions.
+    pub fn wants_attitudes(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.law, Law::Function(_)))
+    }
+
+    /// Units of work of an evaluation, for [`crate::patience::Patience`].
+    pub fn work(&self) -> u64 {
+        let of = |term: &Term| match &term.law {
+            Law::ThirdBody(_) => 8 * self.scene.position.len() as u64,
+            Law::Tide(_) | Law::Yorp(_) | Law::Byorp(_) => 4,
+            // One that is written in Python takes some ten microseconds.
+            Law::Function(_) => 1000,
+        };
+        self.terms.iter().map(of).sum()
+    }
+
+    /// Refuses a run that leaves the times for which a force is given, and third bodies that come inside the system.
+    pub fn check(&mut self, from: f64, to: f64) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
+            if let Law::ThirdBody(pull) = law {
+                pull.check(name, from, to, &self.scene)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Decides at the start of a step what is switched on in it.
+    pub fn switch(&mut self) {
+        for Term { law, .. } in &mut self.terms {
+            if let Law::Byorp(push) = law {
+                push.switch(&self.scene);
+            }
+        }
+    }
+
+    /// How often each force has been switched off, and whether it is: `None` for those that never are.
+    pub fn switches(&self) -> Vec<Option<Switch>> {
+        let of = |term: &Term| match &term.law {
+            Law::Byorp(push) => Some(push.state),
+            _ => None,
+        };
+        self.terms.iter().map(of).collect()
+    }
+
+    /// The inverse of [`Self::switches`].
+    pub fn recall(&mut self, switches: &[Option<Switch>]) -> Result<()> {
+        if switches.len() != self.terms.len() {
+            return Err(Error::invalid("number of switches", switches.len(), self.terms.len().to_string()));
+        }
+        for (term, switch) in self.terms.iter_mut().zip(switches) {
+            if let (Law::Byorp(push), Some(switch)) = (&mut term.law, switch) {
+                push.state = *switch;
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes the loads at the scene. Allocates nothing.
+    pub fn load(&mut self) -> Result<()> {
+        for (Term { name, law }, loads) in self.terms.iter_mut().zip(&mut self.loads) {
+            loads.force.fill(Vec3::zeros());
+            loads.torque.fill(Vec3::zeros());
+            match law {
+                Law::ThirdBody(pull) => pull.load(name, &self.scene, loads)?,
+                Law::Tide(tide) => tide.load(&self.scene, loads),
+                Law::Yorp(turn) => turn.load(&self.scene, loads),
+                Law::Byorp(push) => push.load(&self.scene, loads),
+                Law::Function(called) => called.load(name, &self.scene, loads)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Power, force and torque about the origin that a force has of the whole system, for velocities relative to the nominal
+    /// barycentre and spins that may differ from the scene's.
+    pub fn book(&self, force: usize, velocity: &[Vec3], spin: &[Vec3], out: &mut [f64]) {
+        let (scene, loads) = (&self.scene, &self.loads[force]);
+        let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
+        for body in 0..velocity.len() {
+            let (f, m) = (&loads.force[body], &loads.torque[body]);
+            power += f.dot(&(scene.origin_velocity + velocity[body])) + m.dot(&spin[body]);
+            total += f;
+            moment += scene.position[body].cross(f) + turned(&scene.rotation[body], m);
+        }
+        moment += scene.origin.cross(&total);
+        out[0] = power;
+        out[1..4].copy_from_slice(total.as_slice());
+        out[4..7].copy_from_slice(moment.as_slice());
+    }
+
+    /// The times between which all forces are given.
+    pub fn span(&self) -> (f64, f64) {
+        self.terms.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(first, last), term| match &term.law {
+            Law::ThirdBody(pull) => (first.max(pull.span().0), last.min(pull.span().1)),
+            _ => (first, last),
+        })
+    }
+
+    /// Refuses a time for which a third body's path is not given.
+    pub fn covers(&self, force: usize, time: f64) -> Result<()> {
+        require_finite("time", &[time])?;
+        match self.terms.get(force) {
+            Some(Term { name, law: Law::ThirdBody(pull) }) => pull.covers(name, time, time),
+            _ => Ok(()),
+        }
+    }
+
+    /// Position and velocity of a third body from the nominal barycentre at a time.
+    pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
+        match self.terms.get(force).map(|term| &term.law) {
+            Some(Law::ThirdBody(pull)) => pull.place(time),
+            _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+"""Third bodies from ephemerides, against astropy at other times and against rebound's Kepler orbits."""
+
+import fullbody
+import numpy as np
+import pytest
+import rebound
+from astropy import units as u
+from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord, get_body_barycentric
+from astropy.time import Time
+from fullbody.forces import ThirdBody
+
+DATE = "2022-09-26T12:00:00 TDB"
+ELEMENTS = (1.6442, 0.38385, 3.4079, 73.196, 319.32, 232.01)
+ORBIT = fullbody.KeplerElements(ELEMENTS[0] * u.au, ELEMENTS[1], *(angle * u.deg for angle in ELEMENTS[2:]))
+GM_SUN = 132712440041.279419
+
+
+def helio(days):
+    """The system from the Sun in km, ecliptic, by rebound."""
+    a, e, *angles = ELEMENTS
+    a *= 149597870.7
+    i, node, argument, mean = np.radians(angles)
+    found = []
+    for day in days:
+        sim = rebound.Simulation()
+        sim.add(m=GM_SUN)
+        sim.add(a=a, e=e, inc=i, Omega=node, omega=argument, M=mean + np.sqrt(GM_SUN / a**3) * 86400.0 * day)
+        found.append(sim.particles[1].xyz)
+    return np.array(found)
+
+
+def planet(name, days):
+    """A planet from the Sun in km, ecliptic, by astropy's own turning of coordinates."""
+    times = Time(DATE.split()[0], scale="tdb") + days * u.day
+    away = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
+    turned = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
+    return turned.cartesian.xyz.to_value("km").T
+
+
+def spot(third, days, units=("km", "hour", "kg")):
+    """What the core makes of the table, in km."""
+    system, _ = fullbody.systems.kw4(units=units)
+    return system.with_forces([third]).third_body(third.name, days * u.day)[0].to_value("km")
+
+
+@pytest.mark.parametrize("name", ["earth", "mars", "jupiter", "moon"])
+def test_planets_between_the_rows(name):
+    days = np.random.default_rng(5).uniform(0.0, 200.0, 60)
+    third = ThirdBody.from_ephemeris(name, DATE, orbit=ORBIT, duration=200 * u.day)
+    expected = planet(name, days) - helio(days)
+    error = np.linalg.norm(spot(third, days) - expected, axis=1) / np.linalg.norm(expected, axis=1)
+    assert error.max() < 1.5e-9
+    # The table is no denser than that needs.
+    assert len(third.times) < 4000
+    assert third.name == name.title()
+
+
+def test_the_sun_is_opposite_the_orbit():
+    days = np.random.default_rng(6).uniform(-900.0, 0.0, 50)
+    third = ThirdBody.from_ephemeris("Sun", DATE, orbit=ORBIT, duration="-900 day")
+    expected = -helio(days)
+    error = np.linalg.norm(spot(third, days) - expected, axis=1) / np.linalg.norm(expected, axis=1)
+    assert error.max() < 1.5e-9
+    # The same as the orbit itself, as a force.
+    other = ThirdBody(mu=GM_SUN * u.km**3 / u.s**2, orbit=ORBIT, of="system", name="Sun")
+    np.testing.assert_allclose(spot(other, days), expected, atol=1e-11 * 3e8)
+
+
+def test_units_frames_and_epochs():
+    quantities = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day)
+    plain = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=720.0, units=("km", "hour", "kg"))
+    np.testing.assert_allclose(plain.times, quantities.times.to_value("h"), rtol=1e-14)
+    np.testing.assert_allclose(plain.positions, quantities.positions.to_value("km"), rtol=1e-14)
+    assert plain.mu == pytest.approx(398600.435507 * 3600.0**2, rel=1e-15)
+    system, state = fullbody.systems.kw4()
+    run = system.with_forces([plain]).integrate(state, 10.0)
+    assert np.abs(run.energy_drift).max() < 1e-13
+    with pytest.raises(fullbody.FullbodyError, match="Earth"):
+        system.with_forces([plain]).integrate(state, 1e4)
+    # The equator, by name and by a matrix.
+    named = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame="equatorial")
+    matrix = fullbody.frames.rotation("ecliptic", "equatorial")
+    turned = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame=matrix)
+    np.testing.assert_allclose(turned.positions.value, named.positions.value, atol=1e-4)
+    np.testing.assert_allclose(named.positions.value, quantities.positions.value @ matrix.T, atol=1e-4)
+    # Elements of another date.
+    rate = np.sqrt(GM_SUN / (ELEMENTS[0] * 149597870.7) ** 3) * 86400.0
+    earlier = fullbody.KeplerElements(
+        ORBIT.a, ORBIT.e, ORBIT.i, ORBIT.Omega, ORBIT.omega, ORBIT.M - 10.0 * rate * u.rad
+    )
+    moved = ThirdBody.from_ephemeris("earth", DATE, orbit=earlier, epoch="2022-09-16T12:00:00 TDB", duration=30 * u.day)
+    np.testing.assert_allclose(moved.positions.value, quantities.positions.value, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"name": "vulcan"}, "name is 'vulcan'; expected one of sun, mercury"),
+        ({"name": "pluto"}, "pluto cannot be had from the ephemeris 'builtin'"),
+        ({"date": "yesterday"}, "date: epoch is 'yesterday'; expected a date with its scale"),
+        ({"orbit": None}, "orbit is None; expected the KeplerElements"),
+        (
+            {"orbit": fullbody.KeplerElements(1.6, 0, 0, 0, 0, 0)},
+            "semi-major axis of orbit is 1.6; expected a Quantity",
+        ),
+        ({"duration": 10.0}, r"duration is 10.0; expected a Quantity"),
+        ({"duration": 0 * u.day}, "duration is 0; expected a time"),
+        ({"duration": 3e4 * u.yr}, "expected a shorter one|cannot be had"),
+        ({"duration": 1 * u.km}, "duration has the unit km"),
+        ({"frame": [[1, 0, 0], [0, 1, 0], [0, 0, 2]]}, r"frame is .*; expected 'ecliptic', 'equatorial' or a rotation"),
+        ({"ephemeris": "/no/such/file.bsp"}, "ephemeris '/no/such/file.bsp'|needs the package"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore")
+def test_what_cannot_be_had(change, message):
+    given = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
+    with pytest.raises((fullbody.InvalidInput, ModuleNotFoundError), match=message):
+        ThirdBody.from_ephemeris(**given)

@@ -1,0 +1,139 @@
+//! Two bodies of any shape in any pose: the rules agree or say that they do not converge, the third law holds, and nothing is NaN.
+
+use fullbody::error::{Error, Result};
+use fullbody::math::lanes::VectorPath;
+use fullbody::math::{Mat3, Vec3, rotation};
+use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
+use fullbody::shape::{Shape, contact_function};
+
+/// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's own largest semi-axis.
+const AGREEMENT: f64 = 3e-14;
+/// That of the energies, for which no rule is chosen: next to contact the surface rule sums tens of thousands of them.
+const ENERGY: f64 = 3e-13;
+
+/// Numbers from 0 to 1 out of bytes; zeros after the last.
+struct Numbers<'a>(std::slice::Iter<'a, u8>);
+
+impl Numbers<'_> {
+    fn byte(&mut self) -> u8 {
+        self.0.next().copied().unwrap_or_default()
+    }
+
+    fn unit(&mut self) -> f64 {
+        let three = [self.byte(), self.byte(), self.byte()].map(u32::from);
+        f64::from(three[0] << 16 | three[1] << 8 | three[2]) / f64::from(0x00ff_ffff)
+    }
+
+    /// Any attitude.
+    fn turn(&mut self) -> Mat3 {
+        let q: [f64; 4] = std::array::from_fn(|_| 2.0 * self.unit() - 1.0);
+        let long = q.iter().map(|x| x * x).sum::<f64>() > 1e-6;
+        if long { rotation::matrix(rotation::normalised(q)) } else { Mat3::identity() }
+    }
+
+    /// Points, spheres, and ellipsoids down to a ratio of the axes of 1e-7.
+    fn shape(&mut self, size: f64) -> Shape {
+        let thin = |x: f64| size * 10f64.powf(-7.0 * x * x);
+        let axes = match self.byte() % 8 {
+            0 => return Shape::Point,
+            1 => [size; 3],
+            2 => [size, size, thin(self.unit())],
+            3 => {
+                let width = thin(self.unit());
+                [width, size, width]
+            }
+            _ => [thin(self.unit()), thin(self.unit()), size],
+        };
+        Shape::ellipsoid(axes).expect("an ellipsoid")
+    }
+}
+
+/// What the methods give for the two bodies and the pose that the bytes describe.
+pub fn check(bytes: &[u8]) {
+    let mut input = Numbers(bytes.iter());
+    let size = 10f64.powf(-6.0 * input.unit());
+    let shapes = [input.shape(1.0), input.shape(size)];
+    let [first, second] = [input.turn(), input.turn()];
+    let direction = input.turn() * Vec3::x();
+    let gap = 10f64.powf(9.0 * input.unit() - 3.0);
+    let square = match &shapes {
+        [Shape::Point, Shape::Point] => 1.0,
+        [a, b] => contact_function(a, b, &direction, &first, &second),
+    };
+    let separation = direction * ((1.0 + gap) / square.sqrt());
+    let pose = Pose { separation, rotation_first: first, rotation_second: second };
+    let back = Pose { separation: -separation, rotation_first: second, rotation_second: first };
+    let levers = shapes.map(|shape| shape.circumradius());
+    let distance = separation.norm();
+    // Sharp rims and tips within each other's reach may be refused; nothing else.
+    let near = distance < 2.0 * levers[0].max(levers[1]);
+    let what = format!("{shapes:?} {pose:?}");
+
+    let focal = evaluate(shapes, Method::Focal, &pose);
+    for method in [Method::Focal, Method::Surface, Method::Multipole(16), Method::Point] {
+        let outcome = evaluate(shapes, method, &pose);
+        let Ok((f, energy)) = &outcome else {
+            refused(&outcome, near, &what);
+            continue;
+        };
+        let mut numbers = f.force_on_first.iter().chain(&f.torque_first).chain(&f.torque_second);
+        assert!(energy.is_finite() && numbers.all(|x| x.is_finite()), "{method} {f:?} {energy} {what}");
+        // Within reach of the longest axes a series has no sum.
+        if matches!(method, Method::Multipole(_)) && distance < 2.0 * (levers[0] + levers[1]) {
+            continue;
+        }
+        assert!(*energy < 0.0, "{method} {energy} {what}");
+        // M_A + M_B + r x F_B = 0, where the last term is the difference of two large numbers.
+        let torques = first * f.torque_first + second * f.torque_second;
+        let left = (torques - separation.cross(&f.force_on_first)).norm();
+        let arm = distance * f.force_on_first.norm();
+        assert!(left <= AGREEMENT * arm, "{method} balance {:e} {what}", left / arm);
+        // The other way round it is the opposite.
+        match evaluate([shapes[1], shapes[0]], method, &back) {
+            Ok((mut swapped, its_energy)) => {
+                swapped.force_on_first = -swapped.force_on_first;
+                std::mem::swap(&mut swapped.torque_first, &mut swapped.torque_second);
+                agree((f, *energy), (&swapped, its_energy), levers, &format!("{method} swapped {what}"));
+            }
+            other => refused(&other, near, &what),
+        }
+        let comparable = match method {
+            Method::Surface => true,
+            // What the series leaves out is of the order (a / r)^18.
+            Method::Multipole(_) => distance > 30.0 * (levers[0] + levers[1]),
+            _ => false,
+        };
+        if let (true, Ok((expected, its_energy))) = (comparable, &focal) {
+            agree((f, *energy), (expected, *its_energy), levers, &format!("{method} {what}"));
+        }
+    }
+}
+
+fn evaluate(shapes: [Shape; 2], method: Method, pose: &Pose) -> Result<(Interaction, f64)> {
+    let [a, b] = [BodyGravity::new("A", &shapes[0]), BodyGravity::new("B", &shapes[1])];
+    let mut pair = Pair::new(a, b, method, 1e-14, None, VectorPath::Auto.arch().expect("a path"));
+    pair.prepare(pose, 0.0)?;
+    Ok((pair.interaction(pose), pair.potential_energy(pose)))
+}
+
+#[track_caller]
+fn refused<T: std::fmt::Debug>(outcome: &Result<T>, near: bool, what: &str) {
+    assert!(near && matches!(outcome, Err(Error::NotConverged { .. })), "{outcome:?} {what}");
+}
+
+/// Said so that NaN fails.
+#[track_caller]
+fn agree(one: (&Interaction, f64), other: (&Interaction, f64), levers: [f64; 2], what: &str) {
+    let ((f, energy), (g, its_energy)) = (one, other);
+    let force = g.force_on_first.norm();
+    for (quantity, difference, scale) in [
+        ("force", f.force_on_first - g.force_on_first, force),
+        ("torque on A", f.torque_first - g.torque_first, force * levers[0]),
+        ("torque on B", f.torque_second - g.torque_second, force * levers[1]),
+    ] {
+        let difference = difference.norm();
+        assert!(difference <= AGREEMENT * scale, "{quantity} {:e} {what}", difference / scale);
+    }
+    let difference = (energy / its_energy - 1.0).abs();
+    assert!(difference <= ENERGY, "energy {energy:e} {its_energy:e} {what}");
+}
