@@ -2,6 +2,8 @@
 
 use super::{Loads, Scene};
 use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::ffi::{c_int, c_void};
@@ -78,7 +80,7 @@ impl PartialEq for Call {
 }
 
 impl Function {
-    pub(super) fn ready(&self, bodies: usize) -> Result<Called> {
+    pub(super) fn ready(&self, bodies: &[Body]) -> Result<Called> {
         let Some(call) = self.call.clone() else {
             return Err(Error::invalid(
                 format!("function of {}", self.name),
@@ -88,9 +90,10 @@ impl Function {
         };
         Ok(Called {
             call,
-            position: vec![0.0; 3 * bodies],
-            velocity: vec![0.0; 3 * bodies],
-            loads: vec![0.0; 6 * bodies],
+            position: vec![0.0; 3 * bodies.len()],
+            velocity: vec![0.0; 3 * bodies.len()],
+            loads: vec![0.0; 6 * bodies.len()],
+            points: bodies.iter().map(|body| body.inertia() == Vec3::zeros()).collect(),
         })
     }
 }
@@ -102,6 +105,8 @@ pub(super) struct Called {
     position: Vec<f64>,
     velocity: Vec<f64>,
     loads: Vec<f64>,
+    /// Which bodies are points, that no torque can turn.
+    points: Vec<bool>,
 }
 
 impl Called {
@@ -140,6 +145,9 @@ impl Called {
         let (force, torque) = self.loads.split_at(3 * bodies);
         for body in 0..bodies {
             let at = 3 * body..3 * body + 3;
+            if self.points[body] && torque[at.clone()].iter().any(|value| *value != 0.0) {
+                return failed(format!("its function gives a torque on body {body}, a point; expected zero"));
+            }
             loads.force[body].copy_from_slice(&force[at.clone()]);
             loads.torque[body].copy_from_slice(&torque[at]);
         }

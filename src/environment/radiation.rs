@@ -4,7 +4,7 @@
 //! across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres (2010),
 //! Icarus 209, 494, for the force along the secondary's motion.
 
-use super::scene::{Loads, Scene, Switch, place, two_places};
+use super::scene::{Loads, Scene, Switch, place_to_turn, two_places};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;
@@ -33,7 +33,7 @@ pub struct Yorp {
 impl Yorp {
     pub(super) fn ready(&self, bodies: &[Body]) -> Result<Turning> {
         let name = &self.name;
-        let on = place(name, "on", &self.on, bodies)?;
+        let on = place_to_turn(name, "on", &self.on, bodies)?;
         require_finite(&format!("pole of {name}"), &self.pole)?;
         let pole = Vec3::from(self.pole).try_normalize(0.0).ok_or_else(|| {
             Error::invalid(format!("pole of {name}"), "[0, 0, 0]", "a vector of non-zero length")
@@ -52,9 +52,9 @@ impl Yorp {
             let rows: Vec<_> = self.along.iter().zip(&self.across).map(|(a, b)| [*a, *b]).collect();
             let spline = Spline::new(&format!("obliquities of {name}"), &self.obliquity, &rows)?;
             let (first, last) = spline.range();
-            // A table in degrees that were turned into rad may end a rounding before pi.
-            if first > 1e-9 || last < std::f64::consts::PI - 1e-9 {
-                let expected = "all from 0 to pi";
+            // A table in degrees that were turned into rad may end a rounding off pi.
+            if first.abs() > 1e-9 || (last - std::f64::consts::PI).abs() > 1e-9 {
+                let expected = "0 to pi rad";
                 return Err(Error::invalid(
                     format!("range of the obliquities of {name}"),
                     format!("{first} to {last} rad"),

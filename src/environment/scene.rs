@@ -80,6 +80,16 @@ pub(super) fn place(force: &str, role: &str, name: &str, bodies: &[Body]) -> Res
     })
 }
 
+/// The place of a body that a force turns.
+pub(super) fn place_to_turn(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> {
+    let at = place(force, role, name, bodies)?;
+    if bodies[at].inertia() == Vec3::zeros() {
+        let expected = "a body with extent, which a torque can turn";
+        return Err(Error::invalid(format!("{role} of {force}"), format!("the point {name}"), expected));
+    }
+    Ok(at)
+}
+
 /// Two places of bodies that a force names.
 pub(super) fn two_places(
     force: &str,

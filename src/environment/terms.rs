@@ -1,7 +1,7 @@
 //! The forces of a system as terms of a sum, and their books.
 
 use super::{Force, Loads, Scene, Switch, function, radiation, third_body, tide};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
 use crate::shape::Body;
@@ -47,7 +47,7 @@ impl Environment {
                 Force::Tide(force) => Law::Tide(force.ready(bodies, gravitational_constant)?),
                 Force::Yorp(force) => Law::Yorp(force.ready(bodies)?),
                 Force::Byorp(force) => Law::Byorp(force.ready(bodies, gravitational_constant)?),
-                Force::Function(force) => Law::Function(force.ready(bodies.len())?),
+                Force::Function(force) => Law::Function(force.ready(bodies)?),
             };
             terms.push(Term { name, law });
         }
@@ -164,6 +164,23 @@ impl Environment {
         out[0] = power;
         out[1..4].copy_from_slice(total.as_slice());
         out[4..7].copy_from_slice(moment.as_slice());
+    }
+
+    /// The times between which all forces are given.
+    pub fn span(&self) -> (f64, f64) {
+        self.terms.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(first, last), term| match &term.law {
+            Law::ThirdBody(pull) => (first.max(pull.span().0), last.min(pull.span().1)),
+            _ => (first, last),
+        })
+    }
+
+    /// Refuses a time for which a third body's path is not given.
+    pub fn covers(&self, force: usize, time: f64) -> Result<()> {
+        require_finite("time", &[time])?;
+        match self.terms.get(force) {
+            Some(Term { name, law: Law::ThirdBody(pull) }) => pull.covers(name, time, time),
+            _ => Ok(()),
+        }
     }
 
     /// Position and velocity of a third body from the nominal barycentre at a time.

@@ -136,19 +136,27 @@ impl Pull {
         Ok(Place { position: place.position * self.sign, ..place })
     }
 
+    /// First and last time for which the path is given.
+    pub fn span(&self) -> (f64, f64) {
+        match &self.motion {
+            Motion::Orbit { .. } => (f64::NEG_INFINITY, f64::INFINITY),
+            Motion::Table(spline) => spline.range(),
+        }
+    }
+
+    /// Refuses times beyond the table's.
+    pub fn covers(&self, name: &str, from: f64, to: f64) -> Result<()> {
+        let (first, last) = self.span();
+        if from.min(to) >= first && from.max(to) <= last {
+            return Ok(());
+        }
+        let expected = format!("times from {first} to {last}, which its table covers");
+        Err(Error::invalid(format!("the time of {name}"), format!("{from} to {to}"), expected))
+    }
+
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
     pub fn check(&self, name: &str, from: f64, to: f64, scene: &Scene) -> Result<()> {
-        if let Motion::Table(spline) = &self.motion {
-            let (first, last) = spline.range();
-            if from.min(to) < first || from.max(to) > last {
-                let expected = format!("times from {first} to {last}, which its table covers");
-                return Err(Error::invalid(
-                    format!("the time of {name}"),
-                    format!("{from} to {to}"),
-                    expected,
-                ));
-            }
-        }
+        self.covers(name, from, to)?;
         let extent = scene.position.iter().zip(&self.radii).map(|(r, radius)| r.norm() + radius);
         let extent = extent.fold(0.0, f64::max);
         let distance = self.place(from)?.0.norm();

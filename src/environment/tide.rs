@@ -8,7 +8,7 @@
 //! the opposite acts on the deformed body, and its torque is -r x F. Only what the lag adds is here: the figure is rigid, so that
 //! the bulges of the tide and of the rotation are part of it.
 
-use super::scene::{Loads, Scene, two_places};
+use super::scene::{Loads, Scene, place_to_turn, two_places};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;
@@ -37,6 +37,7 @@ impl Tide {
     pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Lagging> {
         let name = &self.name;
         let (on, by) = two_places(name, ["on", "by"], [&self.on, &self.by], bodies)?;
+        place_to_turn(name, "on", &self.on, bodies)?;
         if !(0.0..=1.5).contains(&self.k2) {
             return Err(Error::invalid(format!("k2 of {name}"), self.k2, "a number from 0 to 1.5"));
         }

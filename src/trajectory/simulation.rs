@@ -140,9 +140,21 @@ impl Simulation {
         &self.motion.equations
     }
 
-    /// One accepted step towards `end`, never beyond it.
+    /// One accepted step towards `end`, never beyond it, nor beyond the times for which the forces from outside are given.
     pub fn step(&mut self, end: f64, patience: &mut Patience) -> Result<()> {
-        match self.advance(end, |_| false, patience)? {
+        let (first, last) = self.motion.equations.outside().span();
+        let reach = if end > last {
+            last
+        } else if end < first {
+            first
+        } else {
+            end
+        };
+        let time = self.time();
+        if reach == time {
+            self.motion.equations.check_outside(time, end, self.mover.vector().0)?;
+        }
+        match self.advance(reach, |_| false, patience)? {
             None => Ok(()),
             Some(contact) => {
                 self.mover.retreat();

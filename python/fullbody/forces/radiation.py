@@ -152,6 +152,8 @@ class Yorp(Force):
         obliquity = (
             np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
         )
+        if obliquity.ndim != 1 or not np.isfinite(obliquity).all():
+            raise InvalidInput(f"obliquity of {name} is {self.obliquity!r}; expected finite angles (T,)")
         rows = max(obliquity.size, 1)
         dimension = torque_dimension(self.normalization)
         factor = self._factor(ground, on)

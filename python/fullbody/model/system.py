@@ -298,9 +298,9 @@ class BaseSystem(Tabled):
         with self._explaining(lambda: core):
             try:
                 forces, torques = self._core.outside(core)
-            except ForceFailed as failed:
-                error = self._caused(failed)
-                raise error from error.__cause__
+            except ForceFailed as error:
+                caused = self._caused(error)
+                raise caused from caused.__cause__
         attach = self._units.attach
         both = zip(self._forces, forces, torques, strict=True)
         return {force.name: Loads(attach(f, "force"), attach(m, "torque")) for force, f, m in both}

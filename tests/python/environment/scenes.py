@@ -1,5 +1,4 @@
-"""What the tests of forces from outside share: a pair under a Sun, a body alone, formulas of their own in
-longdouble."""
+"""What the tests of forces from outside share: a pair under a Sun, a body alone, formulas in longdouble."""
 
 import fullbody
 import numpy as np
@@ -67,8 +66,7 @@ def relative(run):
 
 
 def kepler_place(elements, mu, time):
-    """Position on an elliptic or hyperbolic orbit by Newton's method in longdouble (Murray & Dermott 1999, Sec.
-    2.4)."""
+    """Position on an ellipse or hyperbola by Newton's method in longdouble (Murray & Dermott 1999, Sec. 2.4)."""
     a, e, i, node, argument, mean = (np.longdouble(x) for x in elements)
     mean = mean + np.sqrt(np.longdouble(mu) / abs(a) ** 3) * np.longdouble(time)
     x = mean if e < 1 else np.arcsinh(mean / e)

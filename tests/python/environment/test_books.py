@@ -51,6 +51,22 @@ def test_what_is_left_is_round_off(names):
     np.testing.assert_allclose(sum(run.impulse.values()), momentum - momentum[0], rtol=0, atol=1e-15)
 
 
+def test_a_system_that_travels_far_away():
+    """Work counts with the velocity of the whole, moments about the origin: the drag there is 1e-4 of all of it."""
+    system, state = world(*KINDS)
+    moved = fullbody.State(
+        state.position + np.array([512.0, -256.0, 64.0]),
+        state.velocity + np.array([4.0, 8.0, -1.0]),
+        state.attitude,
+        state.spin,
+    )
+    run = system.integrate(moved, 10.0)
+    assert np.abs(run.work["own"][-1]) > 1e-4 * abs(run.start.energy.total)
+    assert np.linalg.norm(run.angular_impulse["own"][-1]) > 1e-5 * np.linalg.norm(run.start.angular_momentum)
+    assert np.abs(run.energy_drift).max() < 1e-13
+    assert run.angular_momentum_drift.max() < 1e-13
+
+
 @pytest.mark.parametrize("integrator", PAIRS.values(), ids=PAIRS)
 def test_every_runge_kutta_pair_keeps_its_books(integrator):
     """As well as the run without: its own error is all that is left."""

@@ -69,8 +69,8 @@ def test_the_closest_approach_is_at_periapsis():
 def test_the_impulse_of_a_fast_passage():
     """2 mu/(b^2 V) (x, 0, -z) on what is at (x, y, z), for a straight path along y at distance b along x.
 
-    The integral of mu (3 p p^T - p^2)/p^5 over the path. What is left out: the bend of the path, the motion of the
-    bodies in the time b/V, and the next order in 1/b.
+    The integral of mu (3 p p^T - p^2)/p^5 over the path. Left out are the motion of the bodies in the time b/V
+    and the next order in 1/b.
     """
     mu, b, speed = 1.0, 1e3, 1e5
     time = np.linspace(-300.0, 300.0, 11) * b / speed
@@ -89,8 +89,7 @@ def test_the_impulse_of_a_fast_passage():
 
 
 def test_a_planet_turns_what_it_passes():
-    """A change of the spin goes with the pull's moment: the angular impulse of the passage is the change of all of
-    it."""
+    """The angular impulse of the passage is the change of the angular momentum, and it turns the secondary."""
     planet, _, until = passage(430.0)
     system, state = pair()
     run = system.with_forces([planet]).integrate(state, until, output=[0.0, until])

@@ -1,5 +1,4 @@
-"""Radiation: the drift of an orbit by a given force, when it is switched off, the torque on a spin, and facets that
-cancel."""
+"""Radiation: the drift of an orbit by a given force, when it is switched off, facets that cancel, torques on a spin."""
 
 import fullbody
 import numpy as np
@@ -10,8 +9,7 @@ from support import inertia, matrix, worst
 
 
 def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
-    """A triaxial secondary on a circle of radius one about a heavy body, its long axis turned from the line between
-    them."""
+    """A triaxial secondary on a circle of radius one, its long axis turned from the line of the centres."""
     bodies = [
         fullbody.Body(primary or fullbody.Sphere(0.3), mass=1.0, name="A"),
         fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
@@ -163,8 +161,7 @@ def facets(axes, n=24, albedo=lambda x: 1.0 + 0 * x[..., 0]):
 
 
 def mean_push(axes, **given):
-    """Mean force along the motion of a locked secondary, turns and seasons: each facet pushes by -n (n.s) where it is
-    lit."""
+    """Mean force along the motion of a locked secondary: each facet that is lit pushes by -(2/3) n (n.s)."""
     normal, area = facets(axes, **given)
     total, count = 0.0, 0
     for season in 2 * np.pi * np.arange(12) / 12:
@@ -179,8 +176,7 @@ def mean_push(axes, **given):
 
 
 def test_an_ellipsoid_is_not_pushed_and_a_painted_one_is():
-    """By symmetry an ellipsoid has no mean force; brighter ahead than behind, it drifts by 2 F/(m n) of its facets'
-    sum."""
+    """By symmetry an ellipsoid has no mean force; darker ahead than behind, its orbit drifts by 2 F/(m n)."""
     axes = (0.1, 0.09, 0.08)
     scale = np.pi * axes[0] * axes[2]
     assert abs(mean_push(axes)) < 1e-14 * scale
@@ -215,8 +211,7 @@ def spin_of(run):
 
 @pytest.mark.parametrize("eps", [0.4, 2.0])
 def test_the_rates_of_spin_and_obliquity(eps):
-    """d omega/dt = along/C and d eps/dt = across/(C omega), which make eps - eps_0 = across/along
-    log(omega/omega_0)."""
+    """d omega/dt = along/C, d eps/dt = across/(C omega); so eps - eps_0 = across/along log(omega/omega_0)."""
     along, across = 2e-4, 3e-4
     system, state = turning(eps, along=along, across=across)
     run = system.integrate(state, 100.0, output=25.0)

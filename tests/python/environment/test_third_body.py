@@ -48,8 +48,7 @@ def test_a_third_body_twice_as_far_is_noticed():
 
 
 def test_the_sun_on_kw4_at_a_circle_of_0_64_au():
-    """306 mm after 20 h; the Sun's loads by plain differences in longdouble, with the second-order torque, give the
-    same."""
+    """306 mm after 20 h; plain differences in longdouble, with the torque of second order, give the same."""
     system, state = fullbody.systems.kw4()
     mu = system.G * SUN
     orbit = (0.64 * AU, 0, 0, 0, 0, 0)

@@ -1,5 +1,4 @@
-"""Tides of constant time lag: the force from a lagging bulge, the secular rates of Mignard and Hut, what is
-conserved."""
+"""Tides of constant time lag: the force of a lagging bulge, the secular rates of Hut, what is conserved."""
 
 import fullbody
 import mpmath as mp
@@ -24,8 +23,8 @@ def two(
 def lagging(r, v, omega, mass, k2, radius, lag):
     """The part of first order in the lag of the force on the raiser (G = 1), from the potential of the bulge itself.
 
-    The bulge that the raiser made when it stood at r* attracts it by the potential k2 m R^5 (3 (r.r*)^2 - r^2 r*^2) /
-    (2 r^5 r*^5); at a time lag ago it was at r* = r - lag (v - omega x r) in axes that turn with the body.
+    The bulge that the raiser made when it stood at r* attracts it by k2 m R^5 (3 (r.r*)^2 - r^2 r*^2)/(2 r^5 r*^5). In
+    axes that turn with the body it was at r* = r - lag (v - omega x r) the lag ago.
     """
     with mp.workdps(40):
         r, v, omega = (mp.matrix([mp.mpf(float(c)) for c in x]) for x in (r, v, omega))
@@ -80,8 +79,8 @@ def test_the_radius_is_that_of_the_sphere_of_equal_volume():
 def test_decay_onto_a_body_that_does_not_turn(k2_lag):
     """a(t) = R [(a/R)^8 - 48 k2 q (1+q) t/T]^(1/8), T = R^3/(G M lag), q the raiser's mass over the deformed one's.
 
-    From da/dt = 2 F/(n m') with m' the reduced mass and F = 3 k2 G m^2 R^5 lag v/a^8. The deformed body takes up the
-    orbit's angular momentum, 1e-6 of what turns it as fast as that; and e^2 is (da/dt / (n a))^2.
+    From da/dt = 2 F/(n m') with m' the reduced mass and F = 3 k2 G m^2 R^5 lag v/a^8. Left out are the turning of the
+    deformed body, which takes up the orbit's angular momentum, and e^2, which is (da/dt / (n a))^2.
     """
     q, radius, a = 1e-6, 1.0, 5.0
     system, state = two(fullbody.Sphere(1.0), mass=q, orbit=(a, 0, 0.3, 0, 0, 0))
@@ -111,8 +110,8 @@ def test_the_raiser_is_moved_out_by_a_fast_body():
 def test_the_eccentricity_of_a_synchronous_satellite():
     """de/dt / e = -(21/2) k2 n^2 lag (M/m) (R/a)^5; with Q = 1/(n lag) the -(21/2) k2/Q n (M/m) (R/a)^5 of textbooks.
 
-    From Hut (1981), eq. 10: -27 (1 - 11/18) = -21/2. Left out are e^2, and how far the spin follows the turn's swing,
-    which is 15/2 k2 lag n (M/m) (R/a)^3.
+    From Hut (1981), eq. 10: -27 (1 - 11/18) = -21/2. Left out are e^2, and how far the spin follows within a turn:
+    15/2 k2 lag n (M/m) (R/a)^3.
     """
     m, radius, e, k2, lag = 1e-3, 0.2, 0.01, 1.0, 4e-5
     system, state = two(
@@ -160,8 +159,7 @@ def test_the_libration_of_a_synchronous_satellite():
 
 
 def test_energy_falls_and_angular_momentum_stays():
-    """Whatever the orbit and the spins, with a tide on each: the torques and forces of both are between the two
-    bodies."""
+    """Whatever the orbit and the spins, with a tide on each: forces and torques are between the two bodies."""
     rng = np.random.default_rng(7)
     system, state = two(
         fullbody.Sphere(0.3),
@@ -218,8 +216,7 @@ def test_any_orbit_and_spin_against_a_program_of_its_own(inclination):
 
 @pytest.mark.parametrize("case", range(3))
 def test_spins_and_orbits_of_reboundx(case):
-    """Its effect tides_spin, which also has the bulges that do not lag: computed with these a millionth of a
-    millionth."""
+    """Its effect tides_spin, with the bulges that do not lag made a millionth of a millionth."""
     data = reference("tides_spin")
     of = data["cases"][case]
     satellite = fullbody.Sphere(0.1)

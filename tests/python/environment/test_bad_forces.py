@@ -1,0 +1,311 @@
+"""What cannot be a force, or not for this system or run: errors with the force's name, value and what was expected."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
+from scenes import KINDS, at_rest, drag, pair, sun
+
+NAN, INF = float("nan"), float("inf")
+SYSTEM, STATE = pair()
+ELEMENTS = fullbody.KeplerElements
+
+
+def tide(**given):
+    return Tide(**({"on": "A", "by": "B", "k2": 0.3, "lag": 0.1, "name": "T"} | given))
+
+
+def table(times=(0.0, 1.0, 2.0, 2.5), positions=None, mu=1e-3):
+    positions = np.full((len(times), 3), 100.0) if positions is None else positions
+    return ThirdBody(mu=mu, times=times, positions=positions, of="body", name="Sun")
+
+
+def yorp(**given):
+    return Yorp(**({"on": "A", "along": 1.0, "name": "Y"} | given))
+
+
+def refused(make, *texts):
+    """By the force itself or by the system, with all of these texts."""
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        SYSTEM.with_forces([make()])
+    for text in texts:
+        assert text in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"lag": -1.0}, ("lag of T", "-1", "zero or above")),
+        ({"lag": NAN}, ("lag of T", "nan")),
+        ({"lag": INF}, ("lag of T", "inf")),
+        ({"lag": [0.1, 0.2]}, ("lag of T", "(2,)")),
+        ({"lag": None}, ("lag of T", "None")),
+        ({"k2": 1.6}, ("k2 of T", "1.6", "0 to 1.5")),
+        ({"k2": -0.1}, ("k2 of T", "-0.1", "0 to 1.5")),
+        ({"k2": NAN}, ("k2 of T", "nan")),
+        ({"k2": "soft"}, ("k2 of T", "soft")),
+        ({"radius": 0.0}, ("radius of T", "above zero")),
+        ({"radius": -0.1}, ("radius of T", "above zero")),
+        ({"radius": NAN}, ("radius of T", "nan")),
+        ({"by": "A"}, ("on and by of T", "A", "two bodies")),
+        ({"on": "Alpha"}, ("on of T", "'Alpha'", "A, B")),
+        ({"by": 7}, ("by of T", "7", "0 to 1")),
+        ({"on": None}, ("on of T", "None")),
+        ({"on": True}, ("on of T", "True")),
+        ({"name": 3}, ("name", "3", "text")),
+    ],
+)
+def test_tides(given, texts):
+    refused(lambda: tide(**given), *texts)
+
+
+@pytest.mark.parametrize("value", [0.0, 1.5])
+def test_the_ends_of_love_numbers_and_no_lag(value):
+    loads = SYSTEM.with_forces([tide(k2=value, lag=0.0)]).loads(STATE)["T"]
+    assert (loads.force == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"mass": 1.0}, ("mass and mu of Sun", "one of the two")),
+        ({"mu": None}, ("mass and mu of Sun", "one of the two")),
+        ({"mu": 0.0}, ("mu of Sun", "above zero")),
+        ({"mu": -1.0}, ("mu of Sun", "-1", "above zero")),
+        ({"mu": NAN}, ("mu of Sun", "nan")),
+        ({"mu": None, "mass": NAN}, ("mass of Sun", "nan")),
+        ({"of": None}, ("of of Sun", "None", "'system'", "'body'")),
+        ({"of": "sun"}, ("of of Sun", "'sun'", "'system'")),
+        ({"time": NAN}, ("time of Sun", "nan")),
+        ({"orbit": (1, 2, 3, 4, 5, 6)}, ("orbit of Sun", "KeplerElements")),
+        ({"orbit": None}, ("path of Sun", "times and positions")),
+        ({"orbit": None, "times": [0, 1, 2, 3]}, ("path of Sun", "times and positions")),
+        ({"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}, ("path of Sun", "orbit, or else")),
+        ({"orbit": ELEMENTS(np.array([1e3, 2e3]), 0.1, 0, 0, 0, 0)}, ("Sun", "(2,)")),
+    ],
+)
+def test_third_bodies(given, texts):
+    refused(lambda: sun(**given), *texts)
+
+
+@pytest.mark.parametrize(
+    ("times", "positions", "texts"),
+    [
+        ([0, 2, 1, 3], None, ("times of Sun", "2 followed by 1", "rising")),
+        ([0, 1, 1, 3], None, ("times of Sun", "1 followed by 1", "rising")),
+        ([0, 1, 2], None, ("times of Sun", "3", "four or more")),
+        ([0, 1, NAN, 3], None, ("times", "Sun", "finite")),
+        ([0, 1, 2, 3], np.full((4, 3), NAN), ("positions of Sun", "finite")),
+        ([0, 1, 2, 3], np.ones((4, 4)), ("Sun", "(4, 4)", "(T, 3)")),
+        ([0, 1, 2, 3], np.ones((5, 3)), ("Sun", "(5, 3)", "(T, 3)")),
+        (np.zeros((2, 2)), np.ones((4, 3)), ("Sun", "(2, 2)", "(T,)")),
+    ],
+)
+def test_tables(times, positions, texts):
+    refused(lambda: table(times, positions), *texts)
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"along": NAN}, ("along of Y", "nan")),
+        ({"across": INF}, ("across of Y", "inf")),
+        ({"along": [1.0, 2.0, 3.0]}, ("along of Y", "one at each obliquity")),
+        ({"pole": (0, 0, 0)}, ("pole of Y", "zero")),
+        ({"pole": (0, 1)}, ("pole of Y", "(2,)")),
+        ({"pole": (0, NAN, 1)}, ("pole of Y", "nan")),
+        ({"on": "Alpha"}, ("on of Y", "'Alpha'")),
+        ({"obliquity": [0, 1, 2, 3.0]}, ("obliquities of Y", "0 to 3", "0 to pi")),
+        ({"obliquity": [0, 60.0, 120.0, 180.0]}, ("obliquities of Y", "0 to 180", "0 to pi")),
+        ({"obliquity": [0, 2, 1, np.pi]}, ("obliquities of Y", "2 followed by 1")),
+        ({"obliquity": [0, 1, NAN, np.pi]}, ("obliquity of Y", "nan", "finite")),
+        ({"obliquity": [0, 1, np.pi]}, ("obliquities of Y", "four or more")),
+        ({"obliquity": [0, 1, 2, np.pi], "along": [1, 2, 3]}, ("along of Y", "at each obliquity")),
+    ],
+)
+def test_yorp(given, texts):
+    refused(lambda: yorp(**given), *texts)
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"force": NAN}, ("force of Y", "nan")),
+        ({"force": [1.0, 2.0]}, ("force of Y", "(2,)")),
+        ({"about": "B"}, ("on and about of Y", "B", "two bodies")),
+        ({"about": "sun"}, ("about of Y", "'sun'", "A, B")),
+    ],
+)
+def test_byorp(given, texts):
+    refused(lambda: Byorp(**({"on": "B", "about": "A", "force": 1.0, "name": "Y"} | given)), *texts)
+
+
+def test_a_secondary_without_a_longest_axis_has_no_byorp():
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(0.1, 0.1, c), mass=1.0, name=name) for c, name in ((0.1, "A"), (0.05, "B"))
+    ]
+    for on, about in (("A", "B"), ("B", "A")):
+        with pytest.raises(fullbody.InvalidInput, match=f"axes of {on}.*longest.*Y"):
+            fullbody.System(bodies, G=1.0, forces=[Byorp(on=on, about=about, force=1.0, name="Y")])
+
+
+def test_points_cannot_be_turned():
+    """A torque on one would be lost: the books of the angular momentum would not close."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m, name=name) for m, name in ((1.0, "A"), (0.01, "B"))]
+    points = fullbody.System(bodies, G=1.0)
+    for force in (tide(radius=0.2), yorp()):
+        with pytest.raises(
+            fullbody.InvalidInput, match=rf"on of {force.name} is the point A; expected a body with extent"
+        ):
+            points.with_forces([force])
+    with pytest.raises(fullbody.InvalidInput, match="radius of T is not given, and A is a point"):
+        points.with_forces([tide()])
+    twist = Function(lambda t, s: (0 * s.position, [[0, 0, 0], [0, 0, 1.0]]), name="twist")
+    state = fullbody.State(STATE.position, STATE.velocity)
+    with pytest.raises(fullbody.ForceFailed, match=r"twist.*torque on body 1, a point"):
+        points.with_forces([twist]).integrate(state, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("forces", "texts"),
+    [
+        ([3], ("3", "fullbody.forces")),
+        (sun(), ("sequence", "ThirdBody")),
+        ("Sun", ("'S'",)),
+        ([ThirdBody], ("class",)),
+        ([fullbody.forces.Force(name="x")], ("x",)),
+        ([sun(), sun()], ("Sun", "twice", "distinct")),
+        ([tide(), KINDS["tide"](), tide(on="B", by="A")], ("T", "twice")),
+    ],
+)
+def test_lists_of_forces(forces, texts):
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        SYSTEM.with_forces(forces)
+    for text in texts:
+        assert text in str(caught.value)
+
+
+def test_functions_and_words():
+    with pytest.raises(fullbody.InvalidInput, match="function of f is 3"):
+        Function(3, name="f")
+    with pytest.raises(fullbody.InvalidInput, match="depends_on_velocity is 'no'"):
+        Function(drag, depends_on_velocity="no")
+    with pytest.raises(fullbody.InvalidInput, match="'Q' is no option of Tide"):
+        tide(Q=3)
+    with pytest.raises(fullbody.InvalidInput, match=r"'raan' is no option|'planet' is no option"):
+        sun(planet="Mars")
+    for given in (
+        {"Q": 0.0, "mean_motion": 1.0, "tide": "libration"},
+        {"Q": 10.0, "mean_motion": NAN, "tide": "libration"},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "monthly"},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "semidiurnal"},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "semidiurnal", "spin": 1.0},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "libration", "spin": 2.0},
+    ):
+        with pytest.raises(fullbody.InvalidInput):
+            lag_from_quality_factor(**given)
+
+
+def test_units_that_do_not_fit():
+    from astropy import units as u
+
+    system, _ = fullbody.systems.kw4(units=True)
+    for force, text in (
+        (Tide(on="Alpha", by="Beta", k2=0.1, lag=1 * u.km, name="T"), "lag of T has the unit km"),
+        (Byorp(on="Beta", about="Alpha", force=1 * u.kg, name="Y"), "force of Y has the unit kg"),
+        (Yorp(on="Beta", along=1 * u.N, name="Y"), "along of Y has the unit N"),
+        (
+            ThirdBody(mu=1 * u.M_sun, orbit=ELEMENTS(1 * u.au, 0, 0, 0, 0, 0), of="system", name="S"),
+            "mu of S has the unit",
+        ),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=text):
+            system.with_forces([force])
+
+
+# Of a state or a run.
+
+
+@pytest.mark.parametrize(
+    ("force", "text"),
+    [
+        (sun(mu=1.0, orbit=ELEMENTS(3.0, 0.9, 0, 0, 0, 3.0)), "periapsis distance of Sun is 0.29"),
+        (sun(mu=1.0, orbit=ELEMENTS(0.3, 0.0, 0, 0, 0, 3.0)), "distance of Sun is 0.29"),
+        (sun(mu=1.0, orbit=ELEMENTS(-1.0, 1.5, 0, 0, 0, -9.0), of="body"), "periapsis distance of Sun is 0.5"),
+        (at_rest([0.5, 0, 0], 1.0), "distance of Sun is 0.5"),
+    ],
+)
+def test_a_third_body_inside_the_system(force, text):
+    """Its reach is 0.99 for the centre of B and 0.12 for its size."""
+    world = SYSTEM.with_forces([force])
+    for act in (lambda: world.integrate(STATE, 3.0), lambda: world.loads(STATE)):
+        with pytest.raises(fullbody.InvalidInput, match=f"{text}.*more than 1.1.*, out to which the system reaches"):
+            act()
+
+
+def test_a_third_body_that_runs_into_a_body():
+    """The path of a table comes through A at time 2: the run ends there, with what there is of it."""
+    times = np.linspace(0.0, 4.0, 9)
+    path = table(times, np.outer(2.0 - times, [50.0, 30.0, 20.0]) - np.array([0.01, 0, 0]), mu=1e-9)
+    with pytest.raises(fullbody.ForceFailed, match=r"Sun.*inside A") as caught:
+        SYSTEM.with_forces([path]).integrate(STATE, 4.0)
+    assert caught.value.force == "Sun"
+    assert 1.9 < caught.value.time < 2.1
+    assert 0.0 < caught.value.run.time[-1] < 2.0
+
+
+def test_a_table_that_ends_before_the_run():
+    """Known before the first step; forwards, backwards, in a second run, and at the start."""
+    world = SYSTEM.with_forces([table()])
+    for until in (3.0, -1.0):
+        with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 0 to .*times from 0 to 2.5") as caught:
+            world.integrate(STATE, until)
+        assert len(caught.value.run) == 0
+    sim = fullbody.Simulation(world, STATE)
+    sim.integrate(2.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 2 to 3; expected times from 0 to 2.5"):
+        sim.integrate(3.0)
+    assert sim.integrate(2.5).time[-1] == 2.5
+    late = fullbody.State(STATE.position, STATE.velocity, STATE.attitude, STATE.spin, time=2.6)
+    for act in (lambda: fullbody.Simulation(world, late), lambda: world.loads(late)):
+        with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 2.6"):
+            act()
+
+
+@pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
+def test_single_steps_end_with_the_table(integrator):
+    sim = fullbody.Simulation(SYSTEM.with_forces([table()]), STATE, integrator)
+    while sim.time < 2.5:
+        sim.step()
+    assert sim.time == 2.5
+    with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 2\.5"):
+        sim.step()
+    sim.step(0.0)
+    assert sim.time < 2.5
+
+
+def test_places_of_third_bodies_that_are_none():
+    world = SYSTEM.with_forces([table(), tide()])
+    for name, time, text in (
+        ("Son", 0.0, "did you mean 'Sun'"),
+        ("T", 0.0, "name is 'T', a Tide; expected a ThirdBody"),
+        ("Sun", NAN, "time is nan|time is NaN"),
+        ("Sun", 3.0, "time of Sun is 3 to 3; expected times from 0 to 2.5"),
+        ("Sun", [0.0, -1.0], "time of Sun is -1"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=text):
+            world.third_body(name, time)
+    with pytest.raises(fullbody.InvalidInput, match="name is 'Sun'"):
+        SYSTEM.third_body("Sun", 0.0)
+
+
+@pytest.mark.parametrize(
+    "force",
+    [sun(mu=1e300), tide(lag=1e300), yorp(along=1e300), Byorp(on="B", about="A", force=1e300, name="Y")],
+    ids=["Sun", "tide", "YORP", "BYORP"],
+)
+def test_forces_beyond_all_measure_end_in_an_error(force):
+    """And in no nan."""
+    with pytest.raises(fullbody.FullbodyError) as caught:
+        SYSTEM.with_forces([force]).integrate(STATE, 1.0)
+    assert np.isfinite(caught.value.run.position).all()
