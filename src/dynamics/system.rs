@@ -255,7 +255,7 @@ impl System {
         let rotations: Vec<_> = state.attitude.iter().map(|&q| rotation::matrix(q)).collect();
         frame.show(state.time, &y, &rotations, true, &mut environment.scene);
         environment.check(state.time, state.time)?;
-        environment.switch();
+        environment.switch(0.0)?;
         environment.load()?;
         Ok(environment.loads().to_vec())
     }

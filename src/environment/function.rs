@@ -2,6 +2,8 @@
 
 use super::{Loads, Scene};
 use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::ffi::{c_int, c_void};
@@ -78,7 +80,7 @@ impl PartialEq for Call {
 }
 
 impl Function {
-    pub(super) fn ready(&self, bodies: usize) -> Result<Called> {
+    pub(super) fn ready(&self, bodies: &[Body]) -> Result<Called> {
         let Some(call) = self.call.clone() else {
             return Err(Error::invalid(
                 format!("function of {}", self.name),
@@ -88,9 +90,13 @@ impl Function {
         };
         Ok(Called {
             call,
-            position: vec![0.0; 3 * bodies],
-            velocity: vec![0.0; 3 * bodies],
-            loads: vec![0.0; 6 * bodies],
+            position: vec![0.0; 3 * bodies.len()],
+            velocity: vec![0.0; 3 * bodies.len()],
+            loads: vec![0.0; 6 * bodies.len()],
+            points: bodies
+                .iter()
+                .map(|body| (body.inertia() == Vec3::zeros()).then(|| body.name.clone()))
+                .collect(),
         })
     }
 }
@@ -102,6 +108,8 @@ pub(super) struct Called {
     position: Vec<f64>,
     velocity: Vec<f64>,
     loads: Vec<f64>,
+    /// Names of the bodies that are points.
+    points: Vec<Option<String>>,
 }
 
 impl Called {
@@ -142,6 +150,9 @@ impl Called {
             let at = 3 * body..3 * body + 3;
             loads.force[body].copy_from_slice(&force[at.clone()]);
             loads.torque[body].copy_from_slice(&torque[at]);
+            if let (Some(name), true) = (&self.points[body], loads.torque[body] != Vec3::zeros()) {
+                return failed(format!("its function gives a torque on {name}, a point, which nothing can turn"));
+            }
         }
         Ok(())
     }

@@ -78,6 +78,15 @@ pub(super) fn place(force: &str, role: &str, name: &str, bodies: &[Body]) -> Res
     })
 }
 
+/// Refuses a point, on which a torque would be lost.
+pub(super) fn require_inertia(force: &str, body: &Body) -> Result<()> {
+    if body.inertia() == Vec3::zeros() {
+        let found = format!("{}, a point", body.name);
+        return Err(Error::invalid(format!("on of {force}"), found, "a body with extent, which a torque can turn"));
+    }
+    Ok(())
+}
+
 /// Two places of bodies that a force names.
 pub(super) fn two_places(
     force: &str,

@@ -47,7 +47,7 @@ impl Environment {
                 Force::Tide(force) => Law::Tide(force.ready(bodies, gravitational_constant)?),
                 Force::Yorp(force) => Law::Yorp(force.ready(bodies)?),
                 Force::Byorp(force) => Law::Byorp(force.ready(bodies, gravitational_constant)?),
-                Force::Function(force) => Law::Function(force.ready(bodies.len())?),
+                Force::Function(force) => Law::Function(force.ready(bodies)?),
             };
             terms.push(Term { name, law });
         }
@@ -97,13 +97,25 @@ impl Environment {
         Ok(())
     }
 
-    /// Decides at the start of a step what is switched on in it.
-    pub fn switch(&mut self) {
-        for Term { law, .. } in &mut self.terms {
-            if let Law::Byorp(push) = law {
-                push.switch(&self.scene);
+    /// Where a step from a time towards another has to end, for every force to be given all along it.
+    pub fn reach(&self, from: f64, to: f64) -> f64 {
+        let ends = self.terms.iter().filter_map(|term| match &term.law {
+            Law::ThirdBody(pull) => pull.times(),
+            _ => None,
+        });
+        ends.fold(to, |to, (first, last)| if to < from { to.max(first) } else { to.min(last) })
+    }
+
+    /// Decides at the start of a step what is switched on in it. Refuses a step in which a force loses its meaning.
+    pub fn switch(&mut self, step: f64) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
+            match law {
+                Law::Byorp(push) => push.switch(&self.scene),
+                Law::Yorp(turn) => turn.check(name, &self.scene, step)?,
+                _ => {}
             }
         }
+        Ok(())
     }
 
     /// How often each force has been switched off, and whether it is: `None` for those that never are.
@@ -163,8 +175,19 @@ impl Environment {
 
     /// Position and velocity of a third body from the nominal barycentre at a time.
     pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
-        match self.terms.get(force).map(|term| &term.law) {
-            Some(Law::ThirdBody(pull)) => pull.place(time),
+        let (name, pull) = self.pull(force)?;
+        pull.check_times(name, time, time)?;
+        pull.place(time)
+    }
+
+    /// Refuses the place of a force that is not a third body.
+    pub fn expect_third_body(&self, force: usize) -> Result<()> {
+        self.pull(force).map(drop)
+    }
+
+    fn pull(&self, force: usize) -> Result<(&str, &third_body::Pull)> {
+        match self.terms.get(force) {
+            Some(Term { name, law: Law::ThirdBody(pull) }) => Ok((name, pull)),
             _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
         }
     }

@@ -10,7 +10,7 @@
 //! says, by the third law.
 
 use super::{Loads, Scene};
-use crate::error::{Error, Result, require_positive};
+use crate::error::{Error, Result, require_finite, require_positive};
 use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
@@ -69,7 +69,7 @@ impl ThirdBody {
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
         let motion = match &self.path {
             Path::Orbit { elements, time } => {
-                crate::error::require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
+                require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
                 let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
                 let orbit = orbit.map_err(|error| error.of(&self.name))?;
                 Motion::Orbit {
@@ -135,19 +135,31 @@ impl Pull {
         Ok(position * self.sign)
     }
 
+    /// First and last time of a table.
+    pub fn times(&self) -> Option<(f64, f64)> {
+        match &self.motion {
+            Motion::Table(spline) => Some(spline.range()),
+            Motion::Orbit { .. } => None,
+        }
+    }
+
+    /// Refuses times beyond the table's.
+    pub fn check_times(&self, name: &str, from: f64, to: f64) -> Result<()> {
+        let what = format!("the time of {name}");
+        require_finite(&what, &[from, to])?;
+        match self.times() {
+            Some((first, last)) if from.min(to) < first || from.max(to) > last => {
+                let found = if from == to { format!("{from}") } else { format!("{from} to {to}") };
+                let expected = format!("times from {first} to {last}, which its table covers");
+                Err(Error::invalid(what, found, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
     pub fn check(&self, name: &str, from: f64, to: f64, scene: &Scene) -> Result<()> {
-        if let Motion::Table(spline) = &self.motion {
-            let (first, last) = spline.range();
-            if from.min(to) < first || from.max(to) > last {
-                let expected = format!("times from {first} to {last}, which its table covers");
-                return Err(Error::invalid(
-                    format!("the time of {name}"),
-                    format!("{from} to {to}"),
-                    expected,
-                ));
-            }
-        }
+        self.check_times(name, from, to)?;
         let extent = scene.position.iter().zip(&self.radii).map(|(r, radius)| r.norm() + radius);
         let extent = extent.fold(0.0, f64::max);
         let distance = self.place(from)?.0.norm();
@@ -172,17 +184,18 @@ impl Pull {
             let d = r - p;
             let distance = d.norm();
             let mut force = (r + f * p) * (-self.mu / (distance * distance * distance));
+            let inside = || Error::ForceFailed {
+                force: name.to_owned(),
+                time: scene.time,
+                detail: format!("it comes inside {}", self.names[body]),
+            };
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
-                let Some((excess, moment)) = extended.at(&turned_back(turn, &-d)) else {
-                    return Err(Error::ForceFailed {
-                        force: name.to_owned(),
-                        time: scene.time,
-                        detail: format!("it comes inside {}", self.names[body]),
-                    });
-                };
+                let (excess, moment) = extended.at(&turned_back(turn, &-d)).ok_or_else(inside)?;
                 force -= turned(turn, &excess) * self.mu;
                 loads.torque[body] = -moment * (self.mu * self.masses[body]);
+            } else if distance < self.radii[body] {
+                return Err(inside());
             }
             loads.force[body] = force * self.masses[body];
         }

@@ -8,7 +8,7 @@
 //! the opposite acts on the deformed body, and its torque is -r x F. Only what the lag adds is here: the figure is rigid, so that
 //! the bulges of the tide and of the rotation are part of it.
 
-use super::scene::{Loads, Scene, two_places};
+use super::scene::{Loads, Scene, require_inertia, two_places};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;
@@ -45,6 +45,7 @@ impl Tide {
             return Err(Error::invalid(format!("lag of {name}"), self.lag, expected));
         }
         require_positive(&format!("radius of {name}"), self.radius)?;
+        require_inertia(name, &bodies[on])?;
         let mass = bodies[by].mass;
         let strength = 3.0 * self.k2 * gravitational_constant * mass * mass * self.radius.powi(5) * self.lag;
         Ok(Lagging { on, by, strength })

@@ -140,8 +140,14 @@ impl Simulation {
         &self.motion.equations
     }
 
-    /// One accepted step towards `end`, never beyond it.
+    /// One accepted step towards `end`, never beyond it nor beyond the times for which the forces from outside are given.
     pub fn step(&mut self, end: f64, patience: &mut Patience) -> Result<()> {
+        let (time, outside) = (self.time(), self.motion.equations.outside());
+        let reach = outside.reach(time, end);
+        if reach == time && end != time {
+            self.motion.equations.check_outside(time, end, self.mover.vector().0)?;
+        }
+        let end = reach;
         match self.advance(end, |_| false, patience)? {
             None => Ok(()),
             Some(contact) => {
