@@ -151,7 +151,9 @@ impl Called {
             loads.force[body].copy_from_slice(&force[at.clone()]);
             loads.torque[body].copy_from_slice(&torque[at]);
             if let (Some(name), true) = (&self.points[body], loads.torque[body] != Vec3::zeros()) {
-                return failed(format!("its function gives a torque on {name}, a point, which nothing can turn"));
+                return failed(format!(
+                    "its function gives a torque on {name}, a point, which nothing can turn"
+                ));
             }
         }
         Ok(())

@@ -102,7 +102,11 @@ impl Turning {
         let rate = along / axis.dot(&self.inertia.component_mul(&axis));
         let stop = -spin.norm() / rate;
         if rate != 0.0 && stop * step > 0.0 && step.abs() >= stop.abs() {
-            return failed(format!("it brings the spin of {} to a stop by time {}", self.body, scene.time + stop));
+            return failed(format!(
+                "it brings the spin of {} to a stop by time {}",
+                self.body,
+                scene.time + stop
+            ));
         }
         Ok(())
     }

@@ -82,7 +82,11 @@ pub(super) fn place(force: &str, role: &str, name: &str, bodies: &[Body]) -> Res
 pub(super) fn require_inertia(force: &str, body: &Body) -> Result<()> {
     if body.inertia() == Vec3::zeros() {
         let found = format!("{}, a point", body.name);
-        return Err(Error::invalid(format!("on of {force}"), found, "a body with extent, which a torque can turn"));
+        return Err(Error::invalid(
+            format!("on of {force}"),
+            found,
+            "a body with extent, which a torque can turn",
+        ));
     }
     Ok(())
 }
