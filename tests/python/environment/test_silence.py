@@ -1,5 +1,7 @@
 """Forces where they lose their meaning: a word instead of a wrong number or a run without end."""
 
+import threading
+
 import fullbody
 import numpy as np
 import pytest
@@ -106,3 +108,36 @@ def test_yorp_of_a_body_that_does_not_spin():
     for use in (system.loads, lambda state: system.integrate(state, 1.0)):
         with pytest.raises(ForceFailed, match="A does not spin"):
             use(state)
+
+
+def test_errors_of_threads_stay_apart():
+    """One system that runs in several threads at once: each has the error that its own call raised."""
+
+    def fail(time, state):
+        raise ValueError(threading.current_thread().name)
+
+    system = pair()[0].with_forces([forces.Function(fail)])
+    wrong = []
+
+    def use():
+        for _ in range(100):
+            with pytest.raises(ForceFailed) as caught:
+                system.loads(pair()[1])
+            cause = caught.value.__cause__
+            if not isinstance(cause, ValueError) or cause.args != (threading.current_thread().name,):
+                wrong.append(repr(caught.value))
+
+    threads = [threading.Thread(target=use) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_an_error_without_words_has_its_kind():
+    def fail(time, state):
+        return {}[0.5]
+
+    with pytest.raises(ForceFailed, match=r"force fail at time .*: KeyError: 0\.5"):
+        pair()[0].with_forces([forces.Function(fail)]).integrate(pair()[1], 1.0)
