@@ -212,7 +212,7 @@ impl Dynamics {
         }
         if self.layout.forces > 0 {
             self.show(time, y);
-            self.outside.switch();
+            self.outside.switch(step)?;
         }
         let mut work = PAIR + self.outside.work();
         for index in 0..self.pairs.len() {

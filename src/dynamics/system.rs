@@ -255,7 +255,7 @@ impl System {
         environment.scene.rotation = state.attitude.iter().map(|&q| rotation::matrix(q)).collect();
         frame.show(state.time, &y, true, &mut environment.scene);
         environment.check(state.time, state.time)?;
-        environment.switch();
+        environment.switch(0.0)?;
         environment.load()?;
         Ok(environment.loads().to_vec())
     }

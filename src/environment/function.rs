@@ -93,7 +93,10 @@ impl Function {
             position: vec![0.0; 3 * bodies.len()],
             velocity: vec![0.0; 3 * bodies.len()],
             loads: vec![0.0; 6 * bodies.len()],
-            points: bodies.iter().map(|body| body.inertia() == Vec3::zeros()).collect(),
+            points: bodies
+                .iter()
+                .map(|body| (body.inertia() == Vec3::zeros()).then(|| body.name.clone()))
+                .collect(),
         })
     }
 }
@@ -105,8 +108,8 @@ pub(super) struct Called {
     position: Vec<f64>,
     velocity: Vec<f64>,
     loads: Vec<f64>,
-    /// Which bodies are points, that no torque can turn.
-    points: Vec<bool>,
+    /// Names of the bodies that are points.
+    points: Vec<Option<String>>,
 }
 
 impl Called {
@@ -145,11 +148,13 @@ impl Called {
         let (force, torque) = self.loads.split_at(3 * bodies);
         for body in 0..bodies {
             let at = 3 * body..3 * body + 3;
-            if self.points[body] && torque[at.clone()].iter().any(|value| *value != 0.0) {
-                return failed(format!("its function gives a torque on body {body}, a point; expected zero"));
-            }
             loads.force[body].copy_from_slice(&force[at.clone()]);
             loads.torque[body].copy_from_slice(&torque[at]);
+            if let (Some(name), true) = (&self.points[body], loads.torque[body] != Vec3::zeros()) {
+                return failed(format!(
+                    "its function gives a torque on {name}, a point, which nothing can turn"
+                ));
+            }
         }
         Ok(())
     }

@@ -63,7 +63,7 @@ impl Yorp {
             }
             Torque::Table(spline)
         };
-        Ok(Turning { on, pole, torque })
+        Ok(Turning { on, body: bodies[on].name.clone(), inertia: bodies[on].inertia(), pole, torque })
     }
 }
 
@@ -77,11 +77,47 @@ enum Torque {
 #[derive(Debug, Clone)]
 pub(super) struct Turning {
     on: usize,
+    body: String,
+    inertia: Vec3,
     pole: Vec3,
     torque: Torque,
 }
 
 impl Turning {
+    /// Refuses a spin of zero, and a step in which the torque along the spin brings it to a stop: there is no spin for it to be
+    /// along, and it would turn over at every step.
+    pub fn check(&self, name: &str, scene: &Scene, step: f64) -> Result<()> {
+        let spin = scene.spin[self.on];
+        let [along, across] = self.torques(&scene.inertial_spin(self.on));
+        let failed = |detail| Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail });
+        if spin == Vec3::zeros() {
+            return if along == 0.0 && across == 0.0 {
+                Ok(())
+            } else {
+                failed(format!("{} does not spin, and the torque has no direction", self.body))
+            };
+        }
+        let axis = spin.normalize();
+        let rate = along / axis.dot(&self.inertia.component_mul(&axis));
+        let stop = -spin.norm() / rate;
+        if rate != 0.0 && stop * step > 0.0 && step.abs() >= stop.abs() {
+            return failed(format!(
+                "it brings the spin of {} to a stop by time {}",
+                self.body,
+                scene.time + stop
+            ));
+        }
+        Ok(())
+    }
+
+    /// Along an inertial spin and across it.
+    fn torques(&self, spin: &Vec3) -> [f64; 2] {
+        match &self.torque {
+            Torque::Constant(torque) => *torque,
+            Torque::Table(spline) => spline.at(spin.cross(&self.pole).norm().atan2(spin.dot(&self.pole))).0,
+        }
+    }
+
     pub fn load(&self, scene: &Scene, loads: &mut Loads) {
         let spin = scene.inertial_spin(self.on);
         let Some(axis) = spin.try_normalize(0.0) else {
@@ -89,11 +125,8 @@ impl Turning {
             return;
         };
         let aside = axis.cross(&self.pole);
-        let (sine, cosine) = (aside.norm(), axis.dot(&self.pole));
-        let [along, across] = match &self.torque {
-            Torque::Constant(torque) => *torque,
-            Torque::Table(spline) => spline.at(sine.atan2(cosine)).0,
-        };
+        let sine = aside.norm();
+        let [along, across] = self.torques(&axis);
         // From the pole to the spin, across the spin: there is no such direction where they are parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;

@@ -1,7 +1,7 @@
 //! The forces of a system as terms of a sum, and their books.
 
 use super::{Force, Loads, Scene, Switch, function, radiation, third_body, tide};
-use crate::error::{Error, Result, require_finite};
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
 use crate::shape::Body;
@@ -97,13 +97,25 @@ impl Environment {
         Ok(())
     }
 
-    /// Decides at the start of a step what is switched on in it.
-    pub fn switch(&mut self) {
-        for Term { law, .. } in &mut self.terms {
-            if let Law::Byorp(push) = law {
-                push.switch(&self.scene);
+    /// Where a step from a time towards another has to end, for every force to be given all along it.
+    pub fn reach(&self, from: f64, to: f64) -> f64 {
+        let ends = self.terms.iter().filter_map(|term| match &term.law {
+            Law::ThirdBody(pull) => Some(pull.span()),
+            _ => None,
+        });
+        ends.fold(to, |to, (first, last)| if to < from { to.max(first) } else { to.min(last) })
+    }
+
+    /// Decides at the start of a step what is switched on in it. Refuses a step in which a force loses its meaning.
+    pub fn switch(&mut self, step: f64) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
+            match law {
+                Law::Byorp(push) => push.switch(&self.scene),
+                Law::Yorp(turn) => turn.check(name, &self.scene, step)?,
+                _ => {}
             }
         }
+        Ok(())
     }
 
     /// How often each force has been switched off, and whether it is: `None` for those that never are.
@@ -166,27 +178,21 @@ impl Environment {
         out[4..7].copy_from_slice(moment.as_slice());
     }
 
-    /// The times between which all forces are given.
-    pub fn span(&self) -> (f64, f64) {
-        self.terms.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(first, last), term| match &term.law {
-            Law::ThirdBody(pull) => (first.max(pull.span().0), last.min(pull.span().1)),
-            _ => (first, last),
-        })
-    }
-
-    /// Refuses a time for which a third body's path is not given.
-    pub fn covers(&self, force: usize, time: f64) -> Result<()> {
-        require_finite("time", &[time])?;
-        match self.terms.get(force) {
-            Some(Term { name, law: Law::ThirdBody(pull) }) => pull.covers(name, time, time),
-            _ => Ok(()),
-        }
-    }
-
     /// Position and velocity of a third body from the nominal barycentre at a time.
     pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
-        match self.terms.get(force).map(|term| &term.law) {
-            Some(Law::ThirdBody(pull)) => pull.place(time),
+        let (name, pull) = self.pull(force)?;
+        pull.covers(name, time, time)?;
+        pull.place(time)
+    }
+
+    /// Refuses the place of a force that is not a third body.
+    pub fn expect_third_body(&self, force: usize) -> Result<()> {
+        self.pull(force).map(drop)
+    }
+
+    fn pull(&self, force: usize) -> Result<(&str, &third_body::Pull)> {
+        match self.terms.get(force) {
+            Some(Term { name, law: Law::ThirdBody(pull) }) => Ok((name, pull)),
             _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
         }
     }

@@ -10,7 +10,7 @@
 //! says, by the third law.
 
 use super::{Loads, Scene};
-use crate::error::{Error, Result, require_positive};
+use crate::error::{Error, Result, require_finite, require_positive};
 use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
@@ -69,7 +69,7 @@ impl ThirdBody {
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
         let motion = match &self.path {
             Path::Orbit { elements, time } => {
-                crate::error::require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
+                require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
                 let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
                 let orbit = orbit.map_err(|error| error.of(&self.name))?;
                 Motion::Orbit {
@@ -146,12 +146,14 @@ impl Pull {
 
     /// Refuses times beyond the table's.
     pub fn covers(&self, name: &str, from: f64, to: f64) -> Result<()> {
+        let what = format!("the time of {name}");
+        require_finite(&what, &[from, to])?;
         let (first, last) = self.span();
         if from.min(to) >= first && from.max(to) <= last {
             return Ok(());
         }
-        let expected = format!("times from {first} to {last}, which its table covers");
-        Err(Error::invalid(format!("the time of {name}"), format!("{from} to {to}"), expected))
+        let found = if from == to { format!("{from}") } else { format!("{from} to {to}") };
+        Err(Error::invalid(what, found, format!("times from {first} to {last}, which its table covers")))
     }
 
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
@@ -181,19 +183,21 @@ impl Pull {
             let Powers { f, square, cube } = Powers::of(q);
             let d = r - p;
             let mut force = (r + f * p) * (rate * cube);
+            let inside = || Error::ForceFailed {
+                force: name.to_owned(),
+                time: scene.time,
+                detail: format!("it comes inside {}", self.names[body]),
+            };
+            let inverse_square = inverse_square * square;
             if let Some(extended) = &mut self.extended[body] {
                 let turn = &scene.rotation[body];
-                let Some((excess, moment)) =
-                    extended.at(&turned_back(turn, &-d), inverse_square * square, inverse_cube * cube)
-                else {
-                    return Err(Error::ForceFailed {
-                        force: name.to_owned(),
-                        time: scene.time,
-                        detail: format!("it comes inside {}", self.names[body]),
-                    });
-                };
+                let (excess, moment) = extended
+                    .at(&turned_back(turn, &-d), inverse_square, inverse_cube * cube)
+                    .ok_or_else(inside)?;
                 force -= turned(turn, &excess) * self.mu;
                 loads.torque[body] = -moment * (self.mu * self.masses[body]);
+            } else if inverse_square * self.radii[body] * self.radii[body] > 1.0 {
+                return Err(inside());
             }
             loads.force[body] = force * self.masses[body];
         }

@@ -64,7 +64,12 @@ impl OrbitPath {
     /// for a hyperbola, with w = sqrt|1 - e^2|.
     fn half_width(&self) -> f64 {
         let (e, w) = (self.eccentricity, self.width);
-        let away = if e < 1.0 { ((1.0 + w) / e.max(1e-3)).ln() - w } else { w - (1.0 / e).acos() };
+        let away = match e {
+            // Near a parabola both differences lose their digits; this is the first term of either.
+            _ if w < 0.1 => w * w * w / 3.0,
+            _ if e < 1.0 => ((1.0 + w) / e.max(1e-3)).ln() - w,
+            _ => w - (1.0 / e).acos(),
+        };
         away / 16.0 / self.mean_motion
     }
 

@@ -147,10 +147,7 @@ impl PySystem {
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let environment = self.inner.environment()?;
         let times = times.as_array();
-        let places = times.iter().map(|&time| {
-            environment.covers(force, time)?;
-            environment.third_body(force, time)
-        });
+        let places = times.iter().map(|&time| environment.third_body(force, time));
         let (position, velocity): (Vec<_>, Vec<_>) =
             places.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))

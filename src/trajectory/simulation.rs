@@ -142,16 +142,9 @@ impl Simulation {
 
     /// One accepted step towards `end`, never beyond it, nor beyond the times for which the forces from outside are given.
     pub fn step(&mut self, end: f64, patience: &mut Patience) -> Result<()> {
-        let (first, last) = self.motion.equations.outside().span();
-        let reach = if end > last {
-            last
-        } else if end < first {
-            first
-        } else {
-            end
-        };
         let time = self.time();
-        if reach == time {
+        let reach = self.motion.equations.outside().reach(time, end);
+        if reach == time && end != time {
             self.motion.equations.check_outside(time, end, self.mover.vector().0)?;
         }
         match self.advance(reach, |_| false, patience)? {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, fields
 from math import cbrt, pi
+from threading import local
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..base.arguments import name_of, named_options, place
@@ -34,12 +35,16 @@ class Ground:
         return self.bodies[index]._core(self.units, index)
 
 
-class Call:
-    """A function in C: its address, that of its data, and what keeps both; the last error of a Python function."""
+class Call(local):
+    """A function in C: its address, that of its data, and what keeps both; the last error of a Python function.
+
+    Each thread has its own last error, since a system may run in several at once.
+    """
+
+    raised: BaseException | None = None
 
     def __init__(self, address: int, data: int, keep: Any) -> None:
         self.address, self.data, self.keep = address, data, keep
-        self.raised: BaseException | None = None
 
     def given(self) -> tuple[int, int, Any]:
         """What the core takes."""

@@ -14,7 +14,7 @@ from ..base import epochs
 from ..base.arguments import integer, place, suggestion
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
-from ..errors import BodiesOverlap, ForceFailed, InvalidInput
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
 from .force import Force, Ground, rebuilt
@@ -413,7 +413,8 @@ class BaseSystem(Tabled):
         if isinstance(raised, KeyboardInterrupt):
             return raised
         if isinstance(error, ForceFailed):
-            error = ForceFailed(f"force {error.force} at time {error.time}: {raised}", error.force, error.time)
+            what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
+            error = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)
         error.__cause__ = raised
         return error
 

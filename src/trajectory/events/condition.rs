@@ -193,7 +193,7 @@ impl Condition<'_> {
                     ))
                 }
             }
-            Self::ClosestApproach { force } => equations.outside().third_body(*force, 0.0).map(drop),
+            Self::ClosestApproach { force } => equations.outside().expect_third_body(*force),
             Self::Function(_) => Ok(()),
         }
     }
