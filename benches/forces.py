@@ -2,10 +2,9 @@
 
     python benches/forces.py [--hours 8766] [--repeats 3]
 
-Prints the ratio of the two times, which is to be at most 1.25, and what each force adds alone; then what a compiled
-force of one's own costs a call beyond the time that it takes itself, which is to be below 100 ns: the difference
-between runs with and without a function in C that does nothing. Runs with and without take turns, and the shortest of
-each counts. Needs a C compiler.
+Prints the ratio of the two times and what each force adds alone; then what a compiled force of one's own costs a call
+beyond the time that it takes itself: the difference between runs with and without a function in C that does nothing.
+Runs with and without take turns, and the shortest of each counts. Needs a C compiler.
 """
 
 from __future__ import annotations

@@ -21,9 +21,9 @@ impl Tolerance {
     /// At it the steps' own errors are below what rounding leaves at random over some 1e5 steps.
     pub const FLOOR: f64 = 6e-16;
 
-    /// The tolerance of [`super::VERNER96`] for steps whose own errors are below what rounding leaves at random over
-    /// 1e7 steps: the energy of Kepler orbits of any eccentricity drifts by 2e-21 a step, and walks by 5e-18 times the
-    /// root of their number.
+    /// The tolerance of [`super::VERNER96`] for steps whose own errors are below what rounding leaves: in exact arithmetic the
+    /// energy of Kepler orbits of any eccentricity would drift by 2e-21 a step. Rounding makes it walk by 5e-18 times the
+    /// root of the number of steps, and, from some 1e5 steps on, drift by up to 4e-20 a step.
     pub const TO_ROUNDOFF: Self = Self { relative: 2e-13, absolute: 0.0 };
 
     /// Refuses what is not between 0 and 1, and two zeros. Where the sum is below [`Self::FLOOR`] the relative part is raised

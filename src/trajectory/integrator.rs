@@ -21,7 +21,7 @@ pub enum Integrator {
     Verner87(Tolerance),
     /// Verner's pair of orders 9 and 8; interpolant of order 9 by 10 further evaluations.
     Verner98(Tolerance),
-    /// The same with steps so short that their own errors are less than what rounding leaves at random, over 1e7 of them.
+    /// The same with steps so short that their own errors are below what rounding leaves of them at random.
     Verner98ToRoundoff,
     /// The Lie group variational integrator of Lee, Leok & McClamroch (2007): second order, symplectic, one evaluation a step.
     LieGroupVariational {
