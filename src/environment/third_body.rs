@@ -147,7 +147,8 @@ impl Pull {
     /// Refuses times beyond the table's.
     pub fn covers(&self, name: &str, from: f64, to: f64) -> Result<()> {
         let what = format!("the time of {name}");
-        require_finite(&what, &[from, to])?;
+        require_finite(&what, &[from])?;
+        require_finite(&what, &[to])?;
         let (first, last) = self.span();
         if from.min(to) >= first && from.max(to) <= last {
             return Ok(());
