@@ -282,7 +282,7 @@ class ClosestApproach(Event):
     force: str = ""
 
     def _condition(self, system: BaseSystem) -> _core.Condition:
-        return _core.Condition.ClosestApproach(system._force(self.force, "force of ClosestApproach"))
+        return _core.Condition.ClosestApproach(system._third_body(self.force, "force of ClosestApproach"))
 
 
 @named_options
