@@ -257,6 +257,12 @@ impl System {
         environment.check(state.time, state.time)?;
         environment.switch(0.0)?;
         environment.load()?;
+        for (force, loads) in self.forces.iter().zip(environment.loads()) {
+            if !loads.force.iter().chain(&loads.torque).flatten().all(|value| value.is_finite()) {
+                let (force, detail) = (force.name().to_owned(), "it is not finite in this state".to_owned());
+                return Err(Error::ForceFailed { force, time: state.time, detail });
+            }
+        }
         Ok(environment.loads().to_vec())
     }
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from ..base.arguments import named_options, positive
+from ..base.arguments import named_options, positive, refuse_mixture
 from ..base.tables import number
+from ..base.units import gathered, numbers, scalar, strip_to
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
@@ -120,19 +121,25 @@ def lag_from_quality_factor(
     0.0025
     """
     positive(Q, "", "Q")
-    positive(mean_motion, "rad / s", "mean_motion")
+    rates = {"mean_motion": positive(mean_motion, "rad / s", "mean_motion")}
     if tide not in ("eccentricity", "libration", "semidiurnal"):
         raise InvalidInput(f"tide is {tide!r}; expected 'eccentricity', 'libration' or 'semidiurnal'")
-    frequency = mean_motion
     if tide == "semidiurnal":
         if spin is None:
             raise InvalidInput("spin is not given; expected that of the deformed body, for the semidiurnal tide")
-        frequency = 2.0 * abs(spin - mean_motion)
+        rates["spin"] = gathered(spin, "spin", "spin")
     elif spin is not None:
         raise InvalidInput(f"spin is {spin!r}; expected none for the tide of {tide}, which has the orbit's frequency")
-    lag = 1.0 / (Q * positive(frequency, "rad / s", "2 |spin - mean_motion|"))
-    if not hasattr(lag, "unit"):
-        return lag
-    from astropy import units as u
+    known = refuse_mixture(rates)
+    if known:
+        from astropy import units as u
 
-    return lag.to(1.0 / (mean_motion.unit / u.rad), equivalencies=u.dimensionless_angles())
+        bases = rates["mean_motion"].unit.bases
+        time = next((base for base in bases if base.physical_type == "time"), u.s)
+        rates = {name: strip_to(rate, u.rad / time, name) for name, rate in rates.items()}
+    single = {name: scalar(numbers(rate, name), name) for name, rate in rates.items()}
+    frequency = single["mean_motion"]
+    if tide == "semidiurnal":
+        frequency = positive(2.0 * abs(single["spin"] - frequency), "", "2 |spin - mean_motion|")
+    lag = 1.0 / (Q * frequency)
+    return lag * time if known else lag

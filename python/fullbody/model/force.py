@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..base.units import Units
     from .bodies import Body
 
-__all__ = ["Call", "Force", "Ground", "rebuilt"]
+__all__ = ["Call", "Force", "Ground", "rebuilt", "sequence"]
 
 #: The kinds of forces by their names.
 KINDS: dict[str, type[Force]] = {}
@@ -133,3 +133,15 @@ def rebuilt(described: dict[str, Any], units: Units) -> Force:
     if kind not in KINDS:
         raise InvalidInput(f"force is of the kind {kind!r}; expected one of {', '.join(KINDS)}")
     return KINDS[kind]._of_core(described, units)
+
+
+def sequence(given: Any) -> tuple[Force, ...]:
+    """Forces from outside, or an error that says what is none."""
+    try:
+        forces = tuple(given)
+    except TypeError as error:
+        raise InvalidInput(f"forces is {given!r}; expected a sequence of forces, such as [ThirdBody(...)]") from error
+    for force in forces:
+        if not isinstance(force, Force):
+            raise InvalidInput(f"forces has {force!r}; expected forces of fullbody.forces, such as ThirdBody(...)")
+    return forces

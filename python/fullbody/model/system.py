@@ -17,7 +17,7 @@ from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
-from .force import Force, Ground, rebuilt
+from .force import Force, Ground, rebuilt, sequence
 from .interactions import Energy, Interactions, Loads
 from .state import State
 
@@ -118,7 +118,7 @@ class BaseSystem(Tabled):
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
         }
-        self._forces = _forces(forces)
+        self._forces = sequence(forces)
         ground = Ground(self._units, self._G, self._bodies, self.names)
         self._calls = {force.name: call for force in self._forces if (call := force._call(ground)) is not None}
         functions = {name: call.given() for name, call in self._calls.items()}
@@ -335,6 +335,14 @@ class BaseSystem(Tabled):
             )
             raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
         return [force.name for force in self._forces].index(str(name))
+
+    def _third_body(self, name: object, what: str) -> int:
+        """The place of a third body by its name."""
+        index = self._force(name, what)
+        kind = type(self._forces[index]).__name__
+        if kind != "ThirdBody":
+            raise InvalidInput(f"{what} is {name!r}, a {kind}; expected a ThirdBody")
+        return index
 
     def interactions(self, state: State) -> Interactions:
         """Forces, torques and potential energy.
@@ -562,18 +570,6 @@ def _assemble(
     kind: type[BaseSystem], bodies: Any, G: float, units: Any, options: dict[str, Any], forces: Any
 ) -> BaseSystem:
     return kind(bodies, G, units=units, forces=forces, **options)
-
-
-def _forces(given: Any) -> tuple[Force, ...]:
-    """Forces from outside, or an error that says what is none."""
-    try:
-        forces = tuple(given)
-    except TypeError as error:
-        raise InvalidInput(f"forces is {given!r}; expected a sequence of forces, such as [ThirdBody(...)]") from error
-    for force in forces:
-        if not isinstance(force, Force):
-            raise InvalidInput(f"forces has {force!r}; expected forces of fullbody.forces, such as ThirdBody(...)")
-    return forces
 
 
 def _tolerance(value: Any) -> float:

@@ -17,7 +17,7 @@ from ..base.atomic import as_path, content, replacing
 from ..base.units import scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
-from ..model.force import Force
+from ..model.force import Force, sequence
 from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
@@ -329,19 +329,28 @@ class Simulation:
         """
         path = as_path(path)
         try:
-            return cls._from_bytes(content(path), tuple(forces))
+            return cls._from_bytes(content(path), sequence(forces))
         except InvalidInput as error:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
     @classmethod
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
         setup, text = _core.Simulation.described(data)
-        wanted = {force["name"] for force in setup["forces"] if force["kind"] == "Function"}
+        functions = [force for force in setup["forces"] if force["kind"] == "Function"]
+        wanted = {force["name"]: force["depends_on_velocity"] for force in functions}
         given = {force.name: force for force in forces}
-        if wanted != given.keys():
+        if wanted.keys() != given.keys():
             raise InvalidInput(
                 f"forces is {sorted(given)}; expected the functions {sorted(wanted)}, which the file cannot keep"
             )
+        for name, force in given.items():
+            if type(force).__name__ != "Function":
+                raise InvalidInput(
+                    f"{name} is a {type(force).__name__}; expected the Function that the file cannot keep"
+                )
+            if force.depends_on_velocity != wanted[name]:
+                found = f"depends_on_velocity of {name} is {force.depends_on_velocity}"
+                raise InvalidInput(f"{found}; expected {wanted[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
             system, integrator = System._of_core(setup, notes, given), rebuild(setup["integrator"])

@@ -141,3 +141,57 @@ def test_an_error_without_words_has_its_kind():
 
     with pytest.raises(ForceFailed, match=r"force fail at time .*: KeyError: 0\.5"):
         pair()[0].with_forces([forces.Function(fail)]).integrate(pair()[1], 1.0)
+
+
+def test_loads_that_are_no_numbers():
+    """The square of such a distance is beyond doubles."""
+    orbit = fullbody.KeplerElements(1e160, 0.3, 0.4, 1.0, 2.0, 0.3)
+    system = pair()[0].with_forces([forces.ThirdBody(mu=1e6, orbit=orbit, of="system", name="Sun")])
+    with pytest.raises(ForceFailed, match=r"Sun .*not finite"):
+        system.loads(pair()[1])
+
+
+def test_only_third_bodies_have_places():
+    system, state = pair()
+    system = system.with_forces([forces.Tide("A", "B", k2=0.3, lag=0.5, name="tide")])
+    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
+        system.third_body("tide", 0.0)
+    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
+        system.integrate(state, 1.0, events=[fullbody.events.ClosestApproach("tide")])
+
+
+def still(time, state):
+    return 0.0 * state.position
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (forces.Function(still), "sequence of forces"),
+        ([still], "forces has <function still"),
+        ([forces.Function(still)], "depends_on_velocity of still is True; expected False"),
+        ([forces.ThirdBody(mu=1.0, times=range(5), positions=np.ones((5, 3)), of="body", name="still")], "a ThirdBody"),
+    ],
+)
+def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
+    """They are those that it was saved with: one that depends on velocities does not fit a splitting."""
+    system, state = pair()
+    system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
+    fullbody.Simulation(system, state, fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
+    with pytest.raises(InvalidInput, match=words):
+        fullbody.Simulation.load(tmp_path / "pair.sim", forces=given)
+
+
+def test_lags_of_text_and_of_rates_that_do_not_fit():
+    """1/Q = 2 |omega - n| lag, in any units."""
+    from astropy import units as u
+
+    given = {"Q": 50.0, "tide": "semidiurnal"}
+    lag = forces.lag_from_quality_factor(**given, mean_motion="20 deg / h", spin="2 deg / min")
+    assert lag.unit == u.hour
+    assert abs(lag.value * 50.0 * 2.0 * np.radians(100.0) - 1.0) < 1e-15
+    lag = forces.lag_from_quality_factor(**given, mean_motion=20.0 / u.hour, spin=-20.0 / u.hour)
+    assert abs(lag.to_value(u.s) - 3600.0 / 4000.0) < 1e-15
+    for spin, rate in ((2.0, 0.3 / u.hour), (2.0 / u.hour, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
+        with pytest.raises(InvalidInput, match="spin"):
+            forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)

@@ -11,7 +11,7 @@ use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{Condition, Event, Integrator, Output, Run, Simulation, StopReason, Trajectory};
 use proptest::prelude::*;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 
 const STILL: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
@@ -127,6 +127,26 @@ fn falling_spheres() {
         assert_eq!(overlap(outcome).1, time);
         // From there it goes back to where it came from.
         attempt(&mut simulation, 0.0, &Output::Steps, &mut [], false).1.unwrap();
+    }
+}
+
+/// A step of nearly a whole revolution ends where it began, and slowly: nothing but the bend of its path tells of the periapsis.
+#[test]
+fn a_revolution_within_a_step() {
+    let system = system(&[sphere(0.02), sphere(0.02)], 0.5);
+    // At apoapsis of an orbit with a = 1 and mu = 1, whose periapsis is a quarter of the sum of the radii.
+    let e: f64 = 0.99;
+    let speed = ((1.0 - e) / (1.0 + e)).sqrt();
+    let state = relative(Vec3::new(1.0 + e, 0.0, 0.0), Vec3::new(0.0, speed, 0.0), 0.5);
+    // At r = 1 - e cos E = 0.04, by Kepler's equation.
+    let anomaly = (0.96 / e).acos();
+    let expected = PI - (anomaly - e * anomaly.sin());
+    for scheme in [Scheme::Leapfrog, Scheme::Aba864, Scheme::Aba1064] {
+        let integrator = Integrator::SymplecticSplitting { step: 6.28, scheme };
+        let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
+        let (_, outcome) = attempt(&mut simulation, 6.28, &Output::Steps, &mut [], false);
+        let (_, time) = overlap(outcome);
+        assert!((time - expected).abs() < 1e-10, "{scheme:?}: {time} {expected}");
     }
 }
 

@@ -13,3 +13,4 @@ mod roundoff;
 mod steps;
 mod symplectic;
 pub mod systems;
+mod tableaux;

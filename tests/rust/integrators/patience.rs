@@ -141,6 +141,11 @@ fn parts_make_a_whole() {
     for (acceleration, force) in dynamics.loads().0.iter().zip(&expected.force) {
         assert!((acceleration - force).norm() < 1e-13 * largest);
     }
+    let largest = expected.torque.iter().map(|torque| torque.norm()).fold(0.0, f64::max);
+    assert!(largest > 0.0);
+    for (torque, expected) in dynamics.loads().1.iter().zip(&expected.torque) {
+        assert!((torque - expected).norm() < 1e-12 * largest);
+    }
 }
 
 /// Equations that cannot be evaluated any more after the first step has been planned.
