@@ -1,10 +1,10 @@
 //! The equations of motion over the integrator's vector.
 
 use super::layout::vector;
-use super::{AttitudeChart, BarycentricFrame, Energy, Layout, System, invariants};
+use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
 use crate::environment::{BOOK, Environment, Switch};
-use crate::error::{Error, Refusal, Result};
-use crate::math::compensated::{sum, two_product, two_sum};
+use crate::error::{Error, Result};
+use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{Pair, Pose, Rule, RuleMemory};
 use crate::patience::{Patience, UNITS};
@@ -20,53 +20,12 @@ const CHOICE: u64 = 50;
 const NEW: u64 = 300;
 const COPY: u64 = 10;
 
-/// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Rejected {
-    /// Two bodies are nearer to each other than the rule in force holds.
-    TooClose {
-        /// Places of the two in the system.
-        bodies: [usize; 2],
-        /// Separation of their centres.
-        separation: f64,
-        /// The least at which the rule holds.
-        valid_from: f64,
-    },
-    /// An attitude is at the pole of the Tait-Bryan angles.
-    Pole,
-    /// A rate of change is infinite or no number.
-    NotFinite,
-    /// A force from outside fails, with steps of any size.
-    Failed(Box<Error>),
-}
-
-impl Rejected {
-    /// The reason without names and numbers.
-    pub fn reason(&self) -> &'static str {
-        match self {
-            Self::TooClose { .. } => "two bodies come too close within a step",
-            Self::Pole => "an attitude reaches the pole of the Tait-Bryan angles",
-            Self::NotFinite => "a rate of change is not finite",
-            Self::Failed(_) => "a force from outside fails",
-        }
-    }
-}
-
-impl From<Rejected> for Refusal {
-    fn from(rejected: Rejected) -> Self {
-        match rejected {
-            Rejected::Failed(error) => Self::Failed(error),
-            other => Self::Shorter(other.reason()),
-        }
-    }
-}
-
 /// The equations of motion of one system, with the rules and scratch that they use.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
-    system: System,
-    layout: Layout,
-    pairs: Vec<(usize, usize, Pair)>,
+    pub(super) system: System,
+    pub(super) layout: Layout,
+    pub(super) pairs: Vec<(usize, usize, Pair)>,
     /// Units of work of one evaluation with the rules in force.
     work: u64,
     /// Parts in which it is made, and the pairs in each.
@@ -409,65 +368,6 @@ impl Dynamics {
     /// Total angular momentum about the origin, of a vector at a time.
     pub fn angular_momentum(&self, time: f64, y: &[f64]) -> Vec3 {
         invariants::angular_momentum_of_vector(&self.system.bodies, &self.frame, time, y)
-    }
-
-    /// The natural sizes that errors of each body are measured against: (position, velocity, spin).
-    ///
-    /// Positions against the nearest separation, velocities against their own size or that of a circular orbit
-    /// there, spins against their own size or that orbit's rate. Attitudes are measured against one.
-    pub fn scales(&self, y: &[f64], out: &mut [[f64; 3]]) {
-        let bodies = self.system.bodies();
-        for (body, scale) in bodies.iter().zip(out.iter_mut()) {
-            *scale = [f64::INFINITY, 0.0, 0.0];
-            if bodies.len() == 1 {
-                *scale = [body.shape.circumradius().max(f64::MIN_POSITIVE), 0.0, 0.0];
-            }
-        }
-        for (i, j, _) in &self.pairs {
-            let distance = (vector(y, self.layout.position(*j)) - vector(y, self.layout.position(*i))).norm();
-            let mu = self.system.gravitational_constant * (bodies[*i].mass + bodies[*j].mass);
-            let rate = (mu / (distance * distance * distance)).sqrt();
-            for body in [*i, *j] {
-                let [l, v, n] = &mut out[body];
-                *l = l.min(distance);
-                *v = v.max(rate * distance);
-                *n = n.max(rate);
-            }
-        }
-        for body in 0..self.layout.bodies {
-            let speed = vector(y, self.layout.velocity(body)).norm();
-            let spin = vector(y, self.layout.spin(body)).norm();
-            let [l, v, n] = &mut out[body];
-            *v = v.max(speed);
-            *n = n.max(spin);
-            // A body that nothing moves or turns has no error either, but must not divide by zero.
-            *v = if *v > 0.0 { *v } else { *l };
-            *n = if *n > 0.0 { *n } else { 1.0 };
-        }
-    }
-
-    /// Brings quaternions back to unit length, in twice the working precision so that nothing of the state's low part
-    /// is lost. A projection onto an invariant: the order of the method stays.
-    pub fn restore(&self, high: &mut [f64], low: &mut [f64]) {
-        if self.layout.chart != AttitudeChart::Quaternion {
-            return;
-        }
-        for body in 0..self.layout.bodies {
-            let a = self.layout.attitude(body);
-            let (mut sum, mut tail) = (-1.0, 0.0);
-            for c in a..a + 4 {
-                let (square, error) = two_product(high[c], high[c]);
-                let (total, carry) = two_sum(sum, square);
-                sum = total;
-                tail += carry + error + 2.0 * high[c] * low[c];
-            }
-            let correction = -0.5 * (sum + tail);
-            for c in a..a + 4 {
-                let (total, carry) = two_sum(high[c], low[c] + correction * high[c]);
-                high[c] = total;
-                low[c] = carry;
-            }
-        }
     }
 
     /// Shows a vector whose rotations are known to the forces from outside.

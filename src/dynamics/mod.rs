@@ -7,14 +7,17 @@
 mod equations;
 mod invariants;
 mod layout;
+mod rejected;
 mod rotor;
 mod splitting;
 mod state;
 mod system;
+mod vector;
 
-pub use equations::{Dynamics, Rejected};
+pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
+pub use rejected::Rejected;
 pub use rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
 pub use splitting::{Parts, Splitting};
 pub use state::State;

@@ -1,0 +1,67 @@
+//! What an integrator asks of a vector beside its rates of change: how large its numbers are, and how to bring it back onto its
+//! constraints.
+
+use super::layout::vector;
+use super::{AttitudeChart, Dynamics};
+use crate::math::compensated::{two_product, two_sum};
+
+impl Dynamics {
+    /// The natural sizes that errors of each body are measured against: (position, velocity, spin).
+    ///
+    /// Positions against the nearest separation, velocities against their own size or that of a circular orbit
+    /// there, spins against their own size or that orbit's rate. Attitudes are measured against one.
+    pub fn scales(&self, y: &[f64], out: &mut [[f64; 3]]) {
+        let bodies = self.system.bodies();
+        for (body, scale) in bodies.iter().zip(out.iter_mut()) {
+            *scale = [f64::INFINITY, 0.0, 0.0];
+            if bodies.len() == 1 {
+                *scale = [body.shape.circumradius().max(f64::MIN_POSITIVE), 0.0, 0.0];
+            }
+        }
+        for (i, j, _) in &self.pairs {
+            let distance = (vector(y, self.layout.position(*j)) - vector(y, self.layout.position(*i))).norm();
+            let mu = self.system.gravitational_constant * (bodies[*i].mass + bodies[*j].mass);
+            let rate = (mu / (distance * distance * distance)).sqrt();
+            for body in [*i, *j] {
+                let [l, v, n] = &mut out[body];
+                *l = l.min(distance);
+                *v = v.max(rate * distance);
+                *n = n.max(rate);
+            }
+        }
+        for body in 0..self.layout.bodies {
+            let speed = vector(y, self.layout.velocity(body)).norm();
+            let spin = vector(y, self.layout.spin(body)).norm();
+            let [l, v, n] = &mut out[body];
+            *v = v.max(speed);
+            *n = n.max(spin);
+            // A body that nothing moves or turns has no error either, but must not divide by zero.
+            *v = if *v > 0.0 { *v } else { *l };
+            *n = if *n > 0.0 { *n } else { 1.0 };
+        }
+    }
+
+    /// Brings quaternions back to unit length, in twice the working precision so that nothing of the state's low part
+    /// is lost. A projection onto an invariant: the order of the method stays.
+    pub fn restore(&self, high: &mut [f64], low: &mut [f64]) {
+        if self.layout.chart != AttitudeChart::Quaternion {
+            return;
+        }
+        for body in 0..self.layout.bodies {
+            let a = self.layout.attitude(body);
+            let (mut sum, mut tail) = (-1.0, 0.0);
+            for c in a..a + 4 {
+                let (square, error) = two_product(high[c], high[c]);
+                let (total, carry) = two_sum(sum, square);
+                sum = total;
+                tail += carry + error + 2.0 * high[c] * low[c];
+            }
+            let correction = -0.5 * (sum + tail);
+            for c in a..a + 4 {
+                let (total, carry) = two_sum(high[c], low[c] + correction * high[c]);
+                high[c] = total;
+                low[c] = carry;
+            }
+        }
+    }
+}
