@@ -53,8 +53,8 @@ impl Yorp {
             let rows: Vec<_> = self.along.iter().zip(&self.across).map(|(a, b)| [*a, *b]).collect();
             let spline = Spline::new(&format!("obliquities of {name}"), &self.obliquity, &rows)?;
             let (first, last) = spline.range();
-            // A table in degrees that were turned into rad may end a rounding before pi.
-            if first > 1e-9 || last < std::f64::consts::PI - 1e-9 {
+            // A table in degrees that were turned into rad may end a rounding beside pi; one in plain degrees ends far beyond.
+            if first.abs() > 1e-9 || (last - std::f64::consts::PI).abs() > 1e-9 {
                 let expected = "all from 0 to pi";
                 return Err(Error::invalid(
                     format!("range of the obliquities of {name}"),
