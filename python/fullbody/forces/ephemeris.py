@@ -37,6 +37,8 @@ _GM = {
 }
 #: The error of the cubic spline, relative to the distance.
 _ERROR = 1e-9
+#: The longest step for planets in s, a ninth of the month.
+_PLANETS = 3.0 * 86400.0
 #: Steps beyond either end, so that the spline's ends are outside.
 _MARGIN = 8
 _MOST = 200_000
@@ -55,7 +57,7 @@ def path(
     given = Units(units)
     start = _date(date, "date")
     axes = _axes(frame)
-    about_sun = _about_sun(orbit, start, start if epoch is None else _date(epoch, "epoch"), given)
+    about_sun, longest = _about_sun(orbit, start, start if epoch is None else _date(epoch, "epoch"), given)
 
     def relative(times: _Array) -> _Array:
         """Positions in km at seconds from the date."""
@@ -65,7 +67,9 @@ def path(
         return np.asarray(away @ axes.T)
 
     length = _seconds(duration, given)
-    times, positions = _table(relative, min(length, 0.0), max(length, 0.0), body)
+    if body != "sun":
+        longest = min(longest, _PLANETS)
+    times, positions = _table(relative, min(length, 0.0), max(length, 0.0), longest, body)
     found = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
     if given.known:
         kinds = {"mu": "mu", "times": "time", "positions": "length"}
@@ -74,12 +78,15 @@ def path(
     return {"name": body.title(), **found}
 
 
-def _table(relative: Callable[[_Array], _Array], first: float, last: float, body: str) -> tuple[_Array, _Array]:
+def _table(
+    relative: Callable[[_Array], _Array], first: float, last: float, longest: float, body: str
+) -> tuple[_Array, _Array]:
     """Times in even steps and positions there, so dense that a cubic spline is right to the error.
 
-    That of a spline between even knots is a 384th of the fourth difference.
+    That of a spline between even knots is a 384th of the fourth difference. Steps of about a period would not see the
+    motion, so that none is longer than the longest.
     """
-    step = (last - first) / 64
+    step = min((last - first) / 64, longest)
     while True:
         count = int(np.ceil((last - first) / step)) + 1 + 2 * _MARGIN
         if count > _MOST:
@@ -94,14 +101,16 @@ def _table(relative: Callable[[_Array], _Array], first: float, last: float, body
         step *= min(0.9 * (_ERROR / error) ** 0.25, 0.9)
 
 
-def _about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> Callable[[_Array], _Array]:
-    """The system from the Sun in km, in the ecliptic of J2000, at seconds from the start."""
+def _about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Callable[[_Array], _Array], float]:
+    """The system from the Sun in km, in the ecliptic of J2000, at seconds from the start; an eighth of its period."""
     from astropy import units as u
 
     if not isinstance(orbit, KeplerElements):
         raise InvalidInput(f"orbit is {orbit!r}; expected the KeplerElements of the system about the Sun")
     if orbit.frame not in (None, "ecliptic"):
         orbit = orbit.to_frame("ecliptic")
+    if np.ndim(orbit.e) > 0:
+        raise InvalidInput(f"orbit is {orbit!r}; expected the elements of one orbit")
     if is_quantity(orbit.a):
         a = float(strip_to(orbit.a, u.km, "semi-major axis of orbit"))
     elif given.known:
@@ -123,7 +132,7 @@ def _about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> Callable[[
         orbits = KeplerElements(a * same, e * same, i * same, node * same, argument * same, anomaly)
         return np.asarray(orbits.to_cartesian(_GM["sun"])[0])
 
-    return place
+    return place, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
 
 
 def _from_sun(body: str, times: Time, ephemeris: Any) -> _Array:

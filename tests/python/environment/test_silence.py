@@ -195,3 +195,35 @@ def test_lags_of_text_and_of_rates_that_do_not_fit():
     for spin, rate in ((2.0, 0.3 / u.hour), (2.0 / u.hour, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
         with pytest.raises(InvalidInput, match="spin"):
             forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)
+
+
+def test_obliquities_in_plain_degrees():
+    """They would be read as rad, of which those above pi never come."""
+    with pytest.raises(InvalidInput, match="obliquities of YORP on A is 0 to 180 rad"):
+        pair()[0].with_forces([forces.Yorp("A", along=[1e-6] * 5, obliquity=np.linspace(0, 180, 5))])
+
+
+@pytest.mark.parametrize("name", ["sun", "earth"])
+def test_ephemerides_over_many_periods(name):
+    """A first guess of the table's step that is a whole period, of the system or of the Earth, sees no motion."""
+    from astropy import units as u
+
+    orbit = fullbody.KeplerElements(1.0 * u.au, 0.3, 0.1, 0.2, 0.3, 0.4)
+    mu = 132712440041.279419 * u.km**3 / u.s**2
+    period = (2.0 * np.pi * np.sqrt((1.0 * u.au) ** 3 / mu)).to(u.day)
+    given = {"date": "2000-01-01 TDB", "orbit": orbit}
+    system, _ = fullbody.systems.kw4(units=True)
+    places = []
+    for count in (1, 64):
+        body = forces.ThirdBody.from_ephemeris(name, duration=count * period, **given)
+        places.append(system.with_forces([body]).third_body(body.name, np.linspace(0, 1, 20) * period)[0])
+    distance = np.linalg.norm(places[0], axis=1)
+    assert (np.linalg.norm(places[1] - places[0], axis=1) < 1e-8 * distance).all()
+
+
+def test_an_ephemeris_takes_one_orbit():
+    from astropy import units as u
+
+    orbit = fullbody.KeplerElements([1.0, 2.0] * u.au, *([[0.1, 0.1]] * 5))
+    with pytest.raises(InvalidInput, match="one orbit"):
+        forces.ThirdBody.from_ephemeris("sun", "2000-01-01 TDB", orbit=orbit, duration="1 day")
