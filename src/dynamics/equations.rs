@@ -15,7 +15,7 @@ const POLE: f64 = 1e-4;
 
 /// Units of work of a pair beside its nodes, of choosing its rule or putting one in force again, of making the pair, and of
 /// taking the rule over from another object.
-const PAIR: u64 = 4;
+const PAIR: u64 = 20;
 const CHOICE: u64 = 50;
 const NEW: u64 = 300;
 const COPY: u64 = 10;

@@ -102,22 +102,38 @@ def test_the_difference_of_pulls_keeps_its_digits(distance):
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.95, 1.5])
 def test_places_of_third_bodies(e):
     """On the Kepler orbit whose mu is that of all masses, of whom it is said."""
-    system, _ = pair()
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=mass) for mass in (2.0, 1.0)]
+    system = fullbody.System(bodies, G=0.5)
     a = 50.0 if e < 1 else -50.0
     elements = (a, e, 0.4, 1.0, 2.0, 0.3)
     for of, sign in (("system", -1.0), ("body", 1.0)):
         third = ThirdBody(mu=7.0, orbit=fullbody.KeplerElements(*elements), of=of, time=4.0, name="Sun")
         times = np.array([-300.0, 4.0, 17.0, 1000.0])
         position, velocity = system.with_forces([third]).third_body("Sun", times)
-        expected = [sign * kepler_place(elements, 8.0, t - 4.0) for t in times]
+        expected = [sign * kepler_place(elements, 8.5, t - 4.0) for t in times]
         assert worst(position, expected) < 3e-14
         h = 1e-3
         ahead, behind = (
-            np.array([kepler_place(elements, 8.0, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
+            np.array([kepler_place(elements, 8.5, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
         )
         assert worst(velocity, (ahead - behind) / (2 * h)) < 1e-7
         one, _ = system.with_forces([third]).third_body("Sun", 17.0)
         assert (one == position[2]).all()
+
+
+def test_a_third_body_inside_the_system_is_refused():
+    """Told by its distance where it stands there, and by that of the periapsis where it will come there."""
+    system, state = pair()
+    # Centres are 0.99 from the barycentre at most, and the long axis there reaches on by 0.12.
+    orbit = ThirdBody(mu=1.0, orbit=fullbody.KeplerElements(10.0, 0.9, 0, 0, 0, np.pi), of="body", name="planet")
+    cases = [
+        (at_rest([1.1, 0, 0], 1.0, "planet"), r"^distance of planet is 1\.1\b.* more than 1\.1"),
+        (orbit, r"^periapsis distance of planet is (1\.0|0\.99).* more than 1\.1"),
+    ]
+    for third, message in cases:
+        with pytest.raises(fullbody.InvalidInput, match=message):
+            system.with_forces([third]).integrate(state, 1e-3)
+    system.with_forces([at_rest([1.2, 0, 0], 1e-9, "planet")]).integrate(state, 1e-3)
 
 
 def test_a_table_of_places_is_the_orbit_it_was_taken_from():
