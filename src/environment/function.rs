@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// const double *spin, double *force, double *torque, void *data)`.
 ///
 /// Arrays are (bodies, 3), attitudes (bodies, 4), in C order: positions, velocities and forces in the coordinates of the states,
-/// spins and torques in body frames. Forces and torques come in as zeros. The answer is zero, or the run ends.
+/// spins and torques in body frames. Forces and torques come in as zeros. The answer is that of success, or the run ends.
 pub type ForceFunction = unsafe extern "C" fn(
     f64,
     i64,
@@ -45,24 +45,30 @@ pub struct Function {
 pub struct Call {
     function: ForceFunction,
     data: usize,
+    success: c_int,
     owner: Arc<dyn Any + Send + Sync>,
 }
 
 impl Call {
-    /// From the addresses of a function and of its data. `owner` lives as long as they are used.
+    /// From the addresses of a function and of its data, and its answer where all is well. `owner` lives as long as they are used.
     ///
     /// # Safety
     /// The function has the signature of [`ForceFunction`], may be called from any thread, and it and its data stay where they are
     /// while `owner` lives.
     #[allow(unsafe_code)]
-    pub unsafe fn new(function: usize, data: usize, owner: Arc<dyn Any + Send + Sync>) -> Option<Self> {
+    pub unsafe fn new(
+        function: usize,
+        data: usize,
+        success: c_int,
+        owner: Arc<dyn Any + Send + Sync>,
+    ) -> Option<Self> {
         if function == 0 {
             return None;
         }
         // SAFETY: the caller answers for it, and the address is not null.
         let function =
             unsafe { std::mem::transmute::<*const c_void, ForceFunction>(function as *const c_void) };
-        Some(Self { function, data, owner })
+        Some(Self { function, data, success, owner })
     }
 }
 
@@ -139,8 +145,8 @@ impl Called {
         };
         let failed =
             |detail: String| Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail });
-        if answer != 0 {
-            return failed(format!("its function answers {answer}, where 0 is success"));
+        if answer != self.call.success {
+            return failed(format!("its function answers {answer}, where {} is success", self.call.success));
         }
         if let Some(value) = self.loads.iter().find(|value| !value.is_finite()) {
             return failed(format!("its function gives {value}; expected finite numbers"));

@@ -90,6 +90,7 @@ impl ThirdBody {
             names: bodies.iter().map(|body| body.name.clone()).collect(),
             masses: bodies.iter().map(|body| body.mass).collect(),
             radii: bodies.iter().map(|body| body.shape.circumradius()).collect(),
+            largest: bodies.iter().map(|body| body.shape.circumradius()).fold(0.0, f64::max),
             extended: bodies.iter().map(|body| ExtendedPull::new(&body.shape)).collect(),
         })
     }
@@ -110,6 +111,8 @@ pub(super) struct Pull {
     names: Vec<String>,
     masses: Vec<f64>,
     radii: Vec<f64>,
+    /// The largest of them.
+    largest: f64,
     extended: Vec<Option<ExtendedPull>>,
 }
 
@@ -201,6 +204,14 @@ impl Pull {
                 return Err(inside());
             }
             loads.force[body] = force * self.masses[body];
+        }
+        // The fall of the barycentre has no bound there.
+        if inverse_square * self.largest * self.largest > 1.0 {
+            return Err(Error::ForceFailed {
+                force: name.to_owned(),
+                time: scene.time,
+                detail: "it comes as near to the barycentre as the largest body is wide".to_owned(),
+            });
         }
         Ok(())
     }

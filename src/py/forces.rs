@@ -7,16 +7,16 @@ use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Addresses of a function in C and of its data, and the object that keeps both.
-pub type Function = (usize, usize, Py<PyAny>);
+/// Addresses of a function in C and of its data, its answer where all is well, and the object that keeps both.
+pub type Function = (usize, usize, i32, Py<PyAny>);
 
 /// The function as the core has it; none at the address zero.
 #[allow(unsafe_code)]
-pub fn call((function, data, owner): &Function) -> Option<Call> {
+pub fn call((function, data, success, owner): &Function) -> Option<Call> {
     let owner = Python::attach(|py| owner.clone_ref(py));
     // SAFETY: the package takes addresses from ctypes, numba and scipy, after a look at their signatures where they tell them;
     // for a bare address the caller answers. The object that owns the code is kept with it.
-    unsafe { Call::new(*function, *data, Arc::new(owner)) }
+    unsafe { Call::new(*function, *data, *success, Arc::new(owner)) }
 }
 
 /// Forces from their descriptions, with the functions by the names of their forces.

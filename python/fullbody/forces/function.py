@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["Function"]
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
+#: The answer of a function of Python where all is well: no other, not even one that ctypes makes up where Ctrl-C comes
+#: before the function's first line, is likely to be it.
+_SUCCESS = 0x5AFEC0DE
 #: The base of all of ctypes' function pointers.
 _FUNCTION_POINTER: Any = ctypes.CFUNCTYPE(None).__mro__[1]
 #: time, bodies, position, velocity, attitude, spin, force, torque, data; zero is success.
@@ -194,9 +197,9 @@ def _from_python(function: Any, name: str, ground: Ground) -> Call:
                 take(torque)[:] = loads(torques, "torque")
         except BaseException as error:
             made.raised = error
-            return 1
-        return 0
+            return 0
+        return _SUCCESS
 
     pointer = SIGNATURE(call)
-    made = Call(ctypes.cast(pointer, ctypes.c_void_p).value or 0, 0, pointer)
+    made = Call(ctypes.cast(pointer, ctypes.c_void_p).value or 0, 0, pointer, _SUCCESS)
     return made

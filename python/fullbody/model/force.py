@@ -43,12 +43,19 @@ class Call(local):
 
     raised: BaseException | None = None
 
-    def __init__(self, address: int, data: int, keep: Any) -> None:
-        self.address, self.data, self.keep = address, data, keep
+    def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
+        self.address, self.data, self.keep, self.success = address, data, keep, success
 
-    def given(self) -> tuple[int, int, Any]:
+    def given(self) -> tuple[int, int, int, Any]:
         """What the core takes."""
-        return (self.address, self.data, self.keep)
+        return (self.address, self.data, self.success, self.keep)
+
+    def is_lost(self, error: Exception) -> bool:
+        """Whether the error tells of an answer that a function of Python cannot give.
+
+        Ctrl-C before its first line or after its last has taken the place of the answer.
+        """
+        return self.success != 0 and f"where {self.success} is success" in str(error)
 
 
 @named_options

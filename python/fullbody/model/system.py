@@ -336,14 +336,6 @@ class BaseSystem(Tabled):
             raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
         return [force.name for force in self._forces].index(str(name))
 
-    def _third_body(self, name: object, what: str) -> int:
-        """The place of a third body by its name."""
-        index = self._force(name, what)
-        kind = type(self._forces[index]).__name__
-        if kind != "ThirdBody":
-            raise InvalidInput(f"{what} is {name!r}, a {kind}; expected a ThirdBody")
-        return index
-
     def interactions(self, state: State) -> Interactions:
         """Forces, torques and potential energy.
 
@@ -415,16 +407,17 @@ class BaseSystem(Tabled):
     def _caused(self, error: BaseException) -> BaseException:
         """The error with what the function of a force raised as its cause; Ctrl-C in there is Ctrl-C."""
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
-        if call is None or call.raised is None:
+        if not isinstance(error, ForceFailed) or call is None:
             return error
         raised, call.raised = call.raised, None
+        if raised is None:
+            return KeyboardInterrupt() if call.is_lost(error) else error
         if isinstance(raised, KeyboardInterrupt):
             return raised
-        if isinstance(error, ForceFailed):
-            what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
-            error = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)
-        error.__cause__ = raised
-        return error
+        what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
+        caused = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)
+        caused.__cause__ = raised
+        return caused
 
     def _strip(self, state: State) -> _core.State:
         if not isinstance(state, State):
