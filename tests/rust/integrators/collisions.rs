@@ -132,6 +132,7 @@ fn falling_spheres() {
 
 /// A step of nearly a whole revolution ends where it began, and slowly: nothing but the bend of its path tells of the periapsis.
 #[test]
+#[allow(clippy::approx_constant)] // A step that is no whole revolution.
 fn a_revolution_within_a_step() {
     let system = system(&[sphere(0.02), sphere(0.02)], 0.5);
     // At apoapsis of an orbit with a = 1 and mu = 1, whose periapsis is a quarter of the sum of the radii.
