@@ -93,7 +93,7 @@ CONTENT = {
     "huge mass": (setup('"mass": 2.0', f'"mass": 1{"0" * 400}'), "attribute fullbody_setup: mass "),
     "unknown integrator": (setup("Verner98", "Euler"), "attribute fullbody_setup: integrator is 'Euler'"),
     "no format": (lambda d: d.drop_attrs(), "it has no attribute fullbody_format"),
-    "newer": (attribute("fullbody_format", 99), r"a newer fullbody wrote it, 0\.1\.0"),
+    "newer": (attribute("fullbody_format", 99), f"a newer fullbody wrote it, {fullbody.__version__}"),
     "text for format": (
         attribute("fullbody_format", "junk{"),
         "attribute fullbody_format is 'junk{'; expected a whole",
