@@ -7,8 +7,11 @@ use crate::math::rotation::{turned, turned_back};
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Scalar;
 
-/// Relative size of what the series leaves out: of the field of a point, or of the quadrupole where that is all.
-const TOLERANCE: f64 = 1e-16;
+/// Size of what the series leaves out, relative to the field of a point.
+const TOLERANCE: f64 = 1e-17;
+
+/// Size of what is beyond the quadrupole, relative to it, where it is left out.
+const BEYOND_QUADRUPOLE: f64 = 1e-16;
 
 /// The body's field less that of its mass at its centre, and its moment about the centre. Neither loses digits at any distance.
 #[derive(Debug, Clone)]
@@ -78,7 +81,11 @@ impl ExtendedPull {
                 // Rounded down to a power of two, and halved: a bound below |x|^2.
                 let square = 0.5 / f64::from_bits(exponent << 52);
                 let [a, ..] = self.ellipsoid.sorted();
-                let cut = self.series.cut_for(square - a * a, TOLERANCE);
+                let least = self.series.cut_for(square - a * a, BEYOND_QUADRUPOLE);
+                let cut = match least {
+                    Some(cut) if cut.is_quadrupole() => least,
+                    _ => self.series.cut_for(square - a * a, TOLERANCE),
+                };
                 self.known = Some((exponent, cut));
                 cut
             }
