@@ -120,13 +120,6 @@ pub struct FarCut {
     newton: u32,
 }
 
-impl FarCut {
-    /// Whether the quadrupole is all that the body's extent adds to the field of a point.
-    pub fn is_quadrupole(self) -> bool {
-        self.terms == 1
-    }
-}
-
 /// A series of which the terms of a [`FarCut`] are summed.
 #[derive(Debug, Clone, Copy)]
 pub struct Far<'a> {
