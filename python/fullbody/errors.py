@@ -31,6 +31,9 @@ class FullbodyError(Exception):
 
     run: Any = None
 
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
+
 
 class InvalidInput(FullbodyError, ValueError):
     """An argument that describes nothing physical, has the wrong shape or the wrong unit."""
@@ -68,9 +71,6 @@ class BodiesOverlap(FullbodyError, RuntimeError):
         self.bodies = bodies
         self.time = time
 
-    def __str__(self) -> str:
-        return str(self.args[0])
-
 
 class StepSizeTooSmall(FullbodyError, RuntimeError):
     """The error control asks for steps that no longer advance the time: a singularity.
@@ -85,9 +85,6 @@ class StepSizeTooSmall(FullbodyError, RuntimeError):
         super().__init__(message, time, step)
         self.time = time
         self.step = step
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 class NotConverged(FullbodyError, RuntimeError):
@@ -110,9 +107,6 @@ class ChartSingularity(FullbodyError, RuntimeError):
         self.body = body
         self.time = time
 
-    def __str__(self) -> str:
-        return str(self.args[0])
-
 
 class ForceFailed(FullbodyError, RuntimeError):
     """A force from outside that cannot be had, or whose function failed.
@@ -129,9 +123,6 @@ class ForceFailed(FullbodyError, RuntimeError):
         super().__init__(message, force, time)
         self.force = force
         self.time = time
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 class PrecisionWarning(UserWarning):

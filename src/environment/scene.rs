@@ -15,7 +15,7 @@ pub struct Scene {
     pub position: Vec<Vec3>,
     /// Their velocities relative to it.
     pub velocity: Vec<Vec3>,
-    /// Attitudes; kept up only where [`Environment::wants_attitudes`].
+    /// Attitudes; kept up only where [`super::Environment::wants_attitudes`].
     pub attitude: Vec<[f64; 4]>,
     /// Rotation matrices from body frames to inertial axes.
     pub rotation: Vec<Mat3>,

@@ -56,16 +56,6 @@ impl Environment {
         Ok(Self { loads: vec![none; terms.len()], scene: Scene::new(bodies.len()), terms })
     }
 
-    /// Number of forces.
-    pub fn len(&self) -> usize {
-        self.terms.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.terms.is_empty()
-    }
-
     /// What every force does at the scene, by its place in the list.
     pub fn loads(&self) -> &[Loads] {
         &self.loads

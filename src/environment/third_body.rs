@@ -73,7 +73,6 @@ impl ThirdBody {
                 let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
                 let orbit = orbit.map_err(|error| error.of(&self.name))?;
                 Motion::Orbit {
-                    orbit,
                     cells: Box::new(OrbitCells::new(orbit)),
                     time: *time,
                     periapsis: elements.periapsis_distance(),
@@ -98,7 +97,7 @@ impl ThirdBody {
 
 #[derive(Debug, Clone)]
 enum Motion {
-    Orbit { orbit: OrbitPath, cells: Box<OrbitCells>, time: f64, periapsis: f64 },
+    Orbit { cells: Box<OrbitCells>, time: f64, periapsis: f64 },
     Table(Spline<3>),
 }
 
@@ -120,7 +119,7 @@ impl Pull {
     /// Position and velocity from the nominal barycentre.
     pub fn place(&self, time: f64) -> Result<(Vec3, Vec3)> {
         let (position, velocity) = match &self.motion {
-            Motion::Orbit { orbit, time: epoch, .. } => orbit.after(time - epoch)?,
+            Motion::Orbit { cells, time: epoch, .. } => cells.orbit().after(time - epoch)?,
             Motion::Table(spline) => {
                 let (position, velocity) = spline.at(time);
                 (Vec3::from(position), Vec3::from(velocity))

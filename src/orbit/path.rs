@@ -127,6 +127,11 @@ impl OrbitCells {
         Self { orbit, half_width, per_half_width: 1.0 / half_width, cell: f64::NAN, coefficients }
     }
 
+    /// The orbit.
+    pub fn orbit(&self) -> &OrbitPath {
+        &self.orbit
+    }
+
     /// The place a time after that of the elements.
     #[inline]
     pub fn after(&mut self, time: f64) -> Result<Place> {

@@ -78,6 +78,18 @@ def place(value: object, names: Sequence[str], what: str) -> int:
     return index
 
 
+def sequence(given: Any, kind: type[_T], what: str, expected: str, each: str) -> tuple[_T, ...]:
+    """A sequence of objects of one kind, or an error that says what is none: the whole, or one of them."""
+    try:
+        found = tuple(given)
+    except TypeError as error:
+        raise InvalidInput(f"{what} is {given!r}; expected {expected}") from error
+    for one in found:
+        if not isinstance(one, kind):
+            raise InvalidInput(f"{what} has {one!r}; expected {each}")
+    return found
+
+
 def name_of(value: object) -> str | None:
     """A body's name: text that files and pictures can hold, or none."""
     if value is not None and not isinstance(value, str):

@@ -7,7 +7,7 @@ from math import cbrt, pi
 from threading import local
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from ..base.arguments import name_of, named_options, place
+from ..base.arguments import name_of, named_options, place, sequence
 from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..base.units import Units
     from .bodies import Body
 
-__all__ = ["Call", "Force", "Ground", "rebuilt", "sequence"]
+__all__ = ["Call", "Force", "Ground", "forces_of", "rebuilt"]
 
 #: The kinds of forces by their names.
 KINDS: dict[str, type[Force]] = {}
@@ -78,8 +78,13 @@ class Force(ScalarFields):
     depends_on_velocity: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = False
 
+    #: As the core calls it; a kind made from another one is that one there.
+    _kind: ClassVar[str] = "Force"
+
     def __init_subclass__(cls) -> None:
         KINDS[cls.__name__] = cls
+        if Force in cls.__bases__:
+            cls._kind = cls.__name__
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
@@ -142,13 +147,7 @@ def rebuilt(described: dict[str, Any], units: Units) -> Force:
     return KINDS[kind]._of_core(described, units)
 
 
-def sequence(given: Any) -> tuple[Force, ...]:
+def forces_of(given: Any) -> tuple[Force, ...]:
     """Forces from outside, or an error that says what is none."""
-    try:
-        forces = tuple(given)
-    except TypeError as error:
-        raise InvalidInput(f"forces is {given!r}; expected a sequence of forces, such as [ThirdBody(...)]") from error
-    for force in forces:
-        if not isinstance(force, Force):
-            raise InvalidInput(f"forces has {force!r}; expected forces of fullbody.forces, such as ThirdBody(...)")
-    return forces
+    whole, each = "a sequence of forces, such as [ThirdBody(...)]", "forces of fullbody.forces, such as ThirdBody(...)"
+    return sequence(given, Force, "forces", whole, each)

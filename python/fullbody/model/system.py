@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import integer, place, suggestion
+from ..base.arguments import integer, place, sequence, suggestion
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import SHAPES, Body
-from .force import Force, Ground, rebuilt, sequence
+from .force import Force, Ground, forces_of, rebuilt
 from .interactions import Energy, Interactions, Loads
 from .state import State
 
@@ -91,14 +91,8 @@ class BaseSystem(Tabled):
         forces: Sequence[Force] = (),
     ) -> None:
         self._units = Units(units)
-        try:
-            self._bodies = tuple(bodies)
-        except TypeError as error:
-            raise InvalidInput(f"bodies is {bodies!r}; expected a sequence of Body") from error
-        for body in self._bodies:
-            if not isinstance(body, Body):
-                raise InvalidInput(f"bodies has {body!r}; expected a sequence of Body")
-        self._bodies = tuple(body._with(self._units) for body in self._bodies)
+        given = sequence(bodies, Body, "bodies", "a sequence of Body", "a sequence of Body")
+        self._bodies = tuple(body._with(self._units) for body in given)
         if G is None:
             if not self._units.known:
                 raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
@@ -118,7 +112,7 @@ class BaseSystem(Tabled):
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
         }
-        self._forces = sequence(forces)
+        self._forces = forces_of(forces)
         ground = Ground(self._units, self._G, self._bodies, self.names)
         self._calls = {force.name: call for force in self._forces if (call := force._call(ground)) is not None}
         functions = {name: call.given() for name, call in self._calls.items()}
@@ -326,7 +320,7 @@ class BaseSystem(Tabled):
 
     def _third_body(self, name: object, what: str) -> int:
         """The place of a third body among the forces by its name, or an error that says which there are."""
-        kinds = {force["name"]: force["kind"] for force in self._core.forces}
+        kinds = {force.name: force._kind for force in self._forces}
         names = [name for name, kind in kinds.items() if kind == "ThirdBody"]
         if name not in names:
             is_other = f", a {kinds[name]}" if isinstance(name, str) and name in kinds else ""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from ..base.arguments import sequence
 from ..base.atomic import as_path
 from ..base.units import Units
 from ..errors import InvalidInput
@@ -47,14 +48,7 @@ def watched(events: Iterable[Event]) -> list[Event]:
     """The events as a list."""
     if isinstance(events, str):
         raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
-    try:
-        found = list(events)
-    except TypeError as error:
-        raise InvalidInput(f"events is {events!r}; expected a list of fullbody.events") from error
-    for event in found:
-        if not isinstance(event, Event):
-            raise InvalidInput(f"events has {event!r}; expected fullbody.events")
-    return found
+    return list(sequence(events, Event, "events", "a list of fullbody.events", "fullbody.events"))
 
 
 class Bar:

@@ -17,7 +17,7 @@ from ..base.atomic import as_path, content, replacing
 from ..base.units import scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
-from ..model.force import Force, sequence
+from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
@@ -329,7 +329,7 @@ class Simulation:
         """
         path = as_path(path)
         try:
-            return cls._from_bytes(content(path), sequence(forces))
+            return cls._from_bytes(content(path), forces_of(forces))
         except InvalidInput as error:
             raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
 
