@@ -68,6 +68,9 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     }
     written = []
     for name, figure in drawn.items():
+        # Laid out once for both kinds of file.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
         for suffix in (".png", ".pdf"):
             path = folder / "figures" / f"{name}{suffix}"
             with replacing(path) as temporary:

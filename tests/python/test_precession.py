@@ -27,7 +27,7 @@ def satellite(inclination, e, revolutions, apart=24, size=SIZE, turn=None, **opt
         fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, C), mass=1.0),
         fullbody.Body(fullbody.PointMass(), mass=1e-12),
     ]
-    system = fullbody.System(bodies, G=1.0, gravity="multipole:4")
+    system = fullbody.System(bodies, G=1.0, gravity="focal")
     r, v = fullbody.KeplerElements(size, e, np.radians(inclination), 0.3, 0.7, 0.0).to_cartesian(1.0)
     attitude = np.array([[1.0, 0, 0, 0]] * 2)
     if turn is not None:

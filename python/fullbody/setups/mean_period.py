@@ -17,7 +17,8 @@ SAMPLES, ENOUGH, WARN_ABOVE = 32, 1e-9, 1e-6
 #: The mean is then compared with that over 2 and 4 times as many revolutions, to this relative error. Of 120 random
 #: orbits of e < 0.1 about bodies with tilts below 0.1 radians 117 keep it to 3e-5; the others are irregular.
 LONGER, LASTING = (2, 4), 1e-4
-_TOLERANCE = 1e-11
+#: Tolerances of the runs for the search and for the comparison.
+_TOLERANCE, _ROUGHLY = 1e-11, 1e-8
 _TRIALS = 6
 
 
@@ -75,7 +76,7 @@ def doubt_of_later(system: System, start: State, period: float, revolutions: int
     lengths = [revolutions * times for times in LONGER]
     held = f"the mean period is the one given over {revolutions} revolutions"
     try:
-        errors = _errors(system, start, period, lengths)
+        errors = _errors(system, start, period, lengths, _ROUGHLY)
     except FullbodyError as failure:
         return f"{held}; {lengths[-1]}, to see whether it lasts in, cannot be run: {_why(failure)}"
     if max(map(abs, errors)) <= LASTING:
@@ -88,12 +89,14 @@ def _why(error: FullbodyError) -> str:
     return f"{' and '.join(error.bodies)} meet in them" if isinstance(error, BodiesOverlap) else str(error)
 
 
-def _errors(system: System, start: State, period: float, lengths: Sequence[int]) -> list[float]:
+def _errors(
+    system: System, start: State, period: float, lengths: Sequence[int], tolerance: float = _TOLERANCE
+) -> list[float]:
     """The relative errors of the mean sidereal periods over each of these numbers of revolutions."""
     from ..observables import mutual_period
     from ..record.integrators import Verner98
 
-    integrator = Verner98(rtol=_TOLERANCE, atol=_TOLERANCE)
+    integrator = Verner98(rtol=tolerance, atol=tolerance)
     run = system.integrate(start, lengths[-1] * period, period / SAMPLES, integrator=integrator)
     means = [mutual_period(run[: length * SAMPLES + 1]).mean for length in lengths]
     return [float(getattr(mean, "value", mean)) / period - 1.0 for mean in means]
