@@ -12,6 +12,7 @@
 use super::{Interaction, Method, Pose};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
+use std::ops::Range;
 
 /// Runs a method of [`Cut`] for arrays of just the size that half the degree takes.
 macro_rules! sized {
@@ -63,8 +64,11 @@ impl Multipole {
     /// The spread matrices in units of the separation, so that no power over- or underflows.
     fn scaled_spreads(&self, pose: &Pose) -> ([Mat3; 2], f64) {
         let scale = pose.separation.norm();
-        let spread =
-            |r: &Mat3, squares: &Vec3| r * Mat3::from_diagonal(&(squares / (scale * scale))) * r.transpose();
+        let spread = |r: &Mat3, squares: &Vec3| {
+            let scaled = squares / (scale * scale);
+            let columns = [r.column(0) * scaled.x, r.column(1) * scaled.y, r.column(2) * scaled.z];
+            Mat3::from_columns(&columns) * r.transpose()
+        };
         (
             [spread(&pose.rotation_first, &self.squares[0]), spread(&pose.rotation_second, &self.squares[1])],
             scale,
@@ -89,13 +93,15 @@ impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVA
         }
         let mut torques = [Vec3::zeros(); 2];
         for (body, torque) in torques.iter_mut().enumerate() {
-            let forms = turning_forms(&spreads[body]);
+            // The second derivatives of what the body's spread is contracted with.
+            let mut second = [0.0; 6];
             for (s, variation) in terms.variation[body].iter().enumerate().skip(1) {
-                for i in 0..3 {
-                    let turned = times_quadratic(variation, 2 * s - 2, &forms[i]);
-                    torque[i] += derivatives.contract(&turned, 2 * s);
-                }
+                derivatives.add_second(&mut second, variation, 2 * s - 2);
             }
+            let [xx, xy, xz, yy, yz, zz] = second;
+            // Of d(k^T S k) = 2 dtheta . (S k x k) with k k^T the second derivatives.
+            let m = 2.0 * spreads[body] * Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+            *torque = Vec3::new(m.m23 - m.m32, m.m31 - m.m13, m.m12 - m.m21);
         }
         (gradient, torques)
     }
@@ -117,7 +123,7 @@ struct Terms<const TERMS: usize, const MONOMIALS: usize> {
 impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
     fn new(spreads: &[Mat3; 2]) -> Self {
         let half = TERMS - 1;
-        let forms = spreads.map(|s| quadratic_form(&s));
+        let forms = [quadratic_form(&spreads[0]), quadratic_form(&spreads[1])];
         let empty = [[0.0; MONOMIALS]; TERMS];
         let mut terms = Self { potential: empty, variation: [empty; 2] };
         // Products A^n B^m, row by row; each one enters the potential and both variations.
@@ -128,9 +134,9 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
             for m in 0..=(half - n) {
                 let s = n + m;
                 let degree = 2 * s;
-                add(&mut terms.potential[s], &product, degree, alpha(n) * alpha(m));
+                add(&mut terms.potential[s], &product, degree, ALPHA[n] * ALPHA[m]);
                 if s < half {
-                    let (a, b) = (alpha(n + 1) * alpha(m), alpha(n) * alpha(m + 1));
+                    let (a, b) = (ALPHA[n + 1] * ALPHA[m], ALPHA[n] * ALPHA[m + 1]);
                     add(&mut terms.variation[0][s + 1], &product, degree, (n + 1) as f64 * a);
                     add(&mut terms.variation[1][s + 1], &product, degree, (m + 1) as f64 * b);
                     product = times_quadratic(&product, degree, &forms[1]);
@@ -144,33 +150,33 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
     }
 }
 
-/// Moment coefficient alpha_n = 3 / ((2n+1)! (2n+3)).
-fn alpha(n: usize) -> f64 {
-    3.0 / ((1..=2 * n + 1).map(|k| k as f64).product::<f64>() * (2 * n + 3) as f64)
-}
+/// Moment coefficients alpha_n = 3 / ((2n+1)! (2n+3)).
+const ALPHA: [f64; Method::MAX_DEGREE / 2 + 1] = {
+    let mut alpha = [1.0; Method::MAX_DEGREE / 2 + 1];
+    let (mut n, mut factorial) = (1, 1.0);
+    while n < alpha.len() {
+        factorial *= (2 * n * (2 * n + 1)) as f64;
+        alpha[n] = 3.0 / (factorial * (2 * n + 3) as f64);
+        n += 1;
+    }
+    alpha
+};
 
-fn add(sum: &mut [f64], term: &[f64], degree: usize, factor: f64) {
-    for (s, t) in sum.iter_mut().zip(term).take(count(degree)) {
-        *s += factor * t;
+#[inline]
+fn add<const MONOMIALS: usize>(
+    sum: &mut [f64; MONOMIALS],
+    term: &[f64; MONOMIALS],
+    degree: usize,
+    factor: f64,
+) {
+    for k in 0..count(degree) {
+        sum[k] += factor * term[k];
     }
 }
 
-/// k^T S k in the order of [`exponents`]; polynomials in k are homogeneous, of a degree known from the context.
+/// k^T S k in the order of [`Row`]; polynomials in k are homogeneous, of a degree known from the context.
 fn quadratic_form(s: &Mat3) -> [f64; 6] {
     [s[(0, 0)], 2.0 * s[(0, 1)], 2.0 * s[(0, 2)], s[(1, 1)], 2.0 * s[(1, 2)], s[(2, 2)]]
-}
-
-/// The three quadratic forms 2 (S k x k).
-fn turning_forms(s: &Mat3) -> [[f64; 6]; 3] {
-    [0, 1, 2].map(|i| {
-        let (j, l) = ((i + 1) % 3, (i + 2) % 3);
-        let mut form = Mat3::zeros();
-        for column in 0..3 {
-            form[(column, l)] += s[(j, column)];
-            form[(column, j)] -= s[(l, column)];
-        }
-        quadratic_form(&(form + form.transpose()))
-    })
 }
 
 fn times_quadratic<const MONOMIALS: usize>(
@@ -179,9 +185,11 @@ fn times_quadratic<const MONOMIALS: usize>(
     form: &[f64; 6],
 ) -> [f64; MONOMIALS] {
     let mut out = [0.0; MONOMIALS];
-    for (c, (i, j)) in p.iter().zip(exponents(degree)) {
-        for (q, (di, dj)) in form.iter().zip(exponents(2)) {
-            out[position(degree + 2, i + di, j + dj)] += c * q;
+    for row in rows(degree) {
+        for k in row.monomials() {
+            for (q, raised) in form.iter().zip(row.times_two(k)) {
+                out[raised] += p[k] * q;
+            }
         }
     }
     out
@@ -199,19 +207,37 @@ impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
         values[0] = 1.0 / r2.sqrt();
         for d in 1..=degree {
             let n = d as f64;
-            for (i, j) in exponents(d) {
-                let e = [i, j, d - i - j];
-                let (mut one, mut two) = (0.0, 0.0);
-                for axis in 0..3 {
-                    let k = e[axis] as f64;
-                    if e[axis] >= 1 {
-                        one += k * x[axis] * values[index(lowered(e, axis, 1))];
+            let (once, twice) = ((2.0 * n - 1.0) / (n * r2), (n - 1.0) / (n * r2));
+            let (lower, own) = values.split_at_mut(offset(d));
+            let (below, lowest) = (&lower[offset(d - 1)..], &lower[offset(d.max(2) - 2)..]);
+            for Row { power, rest, start } in rows(d) {
+                // Without one y or z the row above has the monomial, without two of them the one above that.
+                let (above, second) =
+                    (start.wrapping_sub(rest), start.wrapping_sub(2 * rest).wrapping_add(1));
+                let i = power as f64;
+                for l in 0..=rest {
+                    let (j, k) = ((rest - l) as f64, l as f64);
+                    let (mut one, mut two) = (0.0, 0.0);
+                    if power >= 1 {
+                        one += i * x.x * below[start + l];
                     }
-                    if e[axis] >= 2 {
-                        two += k * (k - 1.0) * values[index(lowered(e, axis, 2))];
+                    if l < rest {
+                        one += j * x.y * below[above + l];
                     }
+                    if l >= 1 {
+                        one += k * x.z * below[above + l - 1];
+                    }
+                    if power >= 2 {
+                        two += i * (i - 1.0) * lowest[start + l];
+                    }
+                    if l + 1 < rest {
+                        two += j * (j - 1.0) * lowest[second + l];
+                    }
+                    if l >= 2 {
+                        two += k * (k - 1.0) * lowest[second + l - 2];
+                    }
+                    own[start + l] = -(once * one + twice * two);
                 }
-                values[index(e)] = -((2.0 * n - 1.0) * one + (n - 1.0) * two) / (n * r2);
             }
         }
         Self { values }
@@ -223,14 +249,28 @@ impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
     }
 
     fn gradient(&self, p: &[f64], degree: usize) -> Vec3 {
+        let raised = &self.values[offset(degree + 1)..];
         let mut sum = Vec3::zeros();
-        for (c, (i, j)) in p.iter().zip(exponents(degree)) {
-            let l = degree - i - j;
-            sum.x += c * self.values[index([i + 1, j, l])];
-            sum.y += c * self.values[index([i, j + 1, l])];
-            sum.z += c * self.values[index([i, j, l + 1])];
+        for row in rows(degree) {
+            for k in row.monomials() {
+                for (axis, raised_by) in row.times_one(k).into_iter().enumerate() {
+                    sum[axis] += p[k] * raised[raised_by];
+                }
+            }
         }
         sum
+    }
+
+    /// Adds the six second derivatives of the contraction with p, in the order of [`quadratic_form`].
+    fn add_second(&self, sum: &mut [f64; 6], p: &[f64], degree: usize) {
+        let raised = &self.values[offset(degree + 2)..];
+        for row in rows(degree) {
+            for k in row.monomials() {
+                for (sum, raised_by) in sum.iter_mut().zip(row.times_two(k)) {
+                    *sum += p[k] * raised[raised_by];
+                }
+            }
+        }
     }
 }
 
@@ -243,23 +283,34 @@ const fn offset(degree: usize) -> usize {
     degree * (degree + 1) * (degree + 2) / 6
 }
 
-/// Place of x^i y^j z^(degree-i-j) among the monomials of its degree.
-const fn position(degree: usize, i: usize, j: usize) -> usize {
-    let rest = degree - i;
-    rest * (rest + 1) / 2 + (rest - j)
+/// The monomials x^power y^(rest - l) z^l for l from 0 to `rest`. Those of a degree follow each other, from `start` on, by
+/// falling power and then rising l.
+#[derive(Clone, Copy)]
+struct Row {
+    power: usize,
+    rest: usize,
+    start: usize,
 }
 
-fn index(e: [usize; 3]) -> usize {
-    let degree = e[0] + e[1] + e[2];
-    offset(degree) + position(degree, e[0], e[1])
+impl Row {
+    /// The places of the monomials.
+    fn monomials(self) -> Range<usize> {
+        self.start..self.start + self.rest + 1
+    }
+
+    /// The places, in the next degree, of a monomial times x, y and z.
+    fn times_one(self, place: usize) -> [usize; 3] {
+        [place, place + self.rest + 1, place + self.rest + 2]
+    }
+
+    /// The places, two degrees higher, of a monomial times xx, xy, xz, yy, yz and zz.
+    fn times_two(self, place: usize) -> [usize; 6] {
+        let (one, two) = (place + self.rest + 1, place + 2 * self.rest + 3);
+        [place, one, one + 1, two, two + 1, two + 2]
+    }
 }
 
-fn lowered(mut e: [usize; 3], axis: usize, by: usize) -> [usize; 3] {
-    e[axis] -= by;
-    e
-}
-
-/// Exponents (i, j) of the monomials of a degree, in the order of [`position`].
-fn exponents(degree: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..=degree).flat_map(move |rest| (0..=rest).map(move |l| (degree - rest, rest - l)))
+/// The rows of a degree.
+fn rows(degree: usize) -> impl Iterator<Item = Row> {
+    (0..=degree).map(move |rest| Row { power: degree - rest, rest, start: rest * (rest + 1) / 2 })
 }
