@@ -69,8 +69,9 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     written = []
     for name, figure in drawn.items():
         # Laid out once for both kinds of file.
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+        if layout := figure.get_layout_engine():
+            layout.execute(figure)
+            figure.set_layout_engine("none")
         for suffix in (".png", ".pdf"):
             path = folder / "figures" / f"{name}{suffix}"
             with replacing(path) as temporary:

@@ -36,7 +36,7 @@ class _Effort:
     ways: float = printed.YEAR_HOURS
 
 
-_DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1, 179.0), late=250.0, ways=0.0)
+_DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1), late=250.0, ways=0.0)
 
 
 @dataclass(frozen=True, slots=True)

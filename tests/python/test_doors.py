@@ -5,7 +5,7 @@ from doors import DOORS
 from hypothesis import HealthCheck, given, settings
 
 #: How many inputs, for some seconds a door.
-EXAMPLES = {"netcdf": 200, "netcdf-content": 150, "system": 250, "run": 100}
+EXAMPLES = {"netcdf": 80, "netcdf-content": 60, "system": 250, "run": 100}
 
 
 @pytest.mark.parametrize("name", DOORS)
