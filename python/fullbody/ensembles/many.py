@@ -106,7 +106,8 @@ def integrate_many(
     many = _Many(members, until, output, integrator, watched(events), dense)
     try:
         with Tally(progress, many.total) as report:
-            _core.integrate_many(many.given(), many.take, report, threads)
+            counted = report and (lambda done, under_way: report(done + many.refused, under_way))
+            _core.integrate_many(many.given(), many.take, counted, threads)
         many.warn()
     except BaseException as error:
         many.fill()
@@ -141,6 +142,8 @@ class _Many:
         self._until, self._integrator = until, integrator
         self._output, self._events, self._dense = output, events, dense
         self.answers: list[Any] = []
+        #: How many were no members at all.
+        self.refused = 0
         self._doubts: list[tuple[int, str]] = []
         self._doubtful = 0
 
@@ -155,6 +158,7 @@ class _Many:
                 given = self._prepared(index, *parts)
             except Exception as error:
                 self.answers[index] = error
+                self.refused += 1
                 continue
             yield given
 
