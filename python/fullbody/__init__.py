@@ -14,6 +14,7 @@ import typing as _typing
 from . import events, forces, frames, observables, systems
 from ._core import vector_paths
 from .base.version import version
+from .ensembles.many import integrate_many
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
@@ -114,6 +115,7 @@ __all__ = [
     "forces",
     "frames",
     "from_rebound",
+    "integrate_many",
     "load",
     "observables",
     "plots",

@@ -117,12 +117,15 @@ class ForceFailed(FullbodyError, RuntimeError):
         Its name.
     time : float
         When, in the system's units.
+    answer : int or None
+        What its compiled function answered, where that was not success.
     """
 
-    def __init__(self, message: str, force: str = "", time: float = float("nan")) -> None:
-        super().__init__(message, force, time)
+    def __init__(self, message: str, force: str = "", time: float = float("nan"), answer: int | None = None) -> None:
+        super().__init__(message, force, time, answer)
         self.force = force
         self.time = time
+        self.answer = answer
 
 
 class PrecisionWarning(UserWarning):
@@ -146,6 +149,15 @@ class UncheckedFile(UserWarning):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during an integration; ``run`` holds what was recorded until then."""
+    """Ctrl-C during an integration.
+
+    Attributes
+    ----------
+    run : Run or None
+        What was recorded until then.
+    runs : list or None
+        The same of many integrations at once, as :func:`fullbody.integrate_many` describes it.
+    """
 
     run: Any = None
+    runs: Any = None
