@@ -21,7 +21,7 @@ pub use part::{GivenPart, Part, Place};
 pub use plane::{normal, support};
 
 use crate::error::{Error, Result, require_positive};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// The shape of a part. Described by its semi-axes; none for a point.
@@ -94,6 +94,11 @@ impl Shape {
             Self::Ellipsoid(e) => e.inertia_per_mass(),
             Self::Point => Vec3::zeros(),
         }
+    }
+
+    /// The tensor of inertia of unit mass about the centre.
+    pub fn inertia_tensor_per_mass(&self) -> Mat3 {
+        Mat3::from_diagonal(&self.inertia_per_mass())
     }
 
     /// Larger semi-axis of the focal ellipse: how far from the centre the mass reaches that attracts alike; zero for a sphere
