@@ -9,7 +9,7 @@ use crate::mutual::{Link, Method, Pose};
 use crate::names::Named;
 use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, meeting};
+use crate::shape::{Body, Meeting};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
@@ -209,7 +209,7 @@ impl System {
             return Ok(f64::INFINITY);
         }
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let meeting = meeting([first, second], &pose.separation, rotations)?;
+        let meeting = Meeting::of([first, second], &pose.separation, rotations)?;
         if meeting.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });

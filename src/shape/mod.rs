@@ -16,7 +16,7 @@ pub use body::Body;
 pub use composite::WorkingFrame;
 pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
-pub use meeting::{Meeting, meeting};
+pub use meeting::Meeting;
 pub use part::{GivenPart, Part, Place};
 pub use plane::{normal, support};
 

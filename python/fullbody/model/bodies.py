@@ -24,6 +24,7 @@ from .shapes import (
     attach,
     attached,
     lengths_of,
+    own_units,
     semi_axes_in,
     sizes_in,
     solid_noted,
@@ -182,18 +183,7 @@ class Body(Tabled):
         return {f"{what} of {called}": (amount, what), **lengths}
 
     def _own_units(self) -> Units:
-        """Units of the first of the body's lengths and of the first of its masses or densities, if it has any."""
-        known = self._numbers()
-        if not refuse_mixture({label: value for label, (value, _) in known.items()}):
-            return Units()
-        from astropy import units as u
-
-        first: dict[str, Any] = {}
-        for value, dimension in known.values():
-            first.setdefault(dimension, value.unit)
-        length = first.get("length", u.m)
-        mass = first["mass"] if "mass" in first else first["density"] * length**3
-        return Units((length, u.s, mass))
+        return own_units(self._numbers())
 
     def _own(self, name: str, dimension: str) -> Any:
         """A number of the core's body, in the body's own units."""

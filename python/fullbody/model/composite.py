@@ -13,7 +13,7 @@ from ..base.arguments import named_options, nonzero, positive, sequence, vectors
 from ..base.units import Units, is_quantity, numbers
 from ..base.values import ArrayFields, hashed, same
 from ..errors import InvalidInput
-from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, lengths_of, semi_axes_in, sizes_in
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, lengths_of, own_units, semi_axes_in, sizes_in
 
 __all__ = ["Composite", "Part", "WorkingFrame"]
 
@@ -237,11 +237,9 @@ class Composite:
         >>> [part.mass for part in fullbody.Composite(pair).with_mass(8.0).parts]
         [2.0, 6.0]
         """
-        from .bodies import Body
-
-        factor = positive(mass, "kg", "mass") / Body(self).mass
-        if is_quantity(factor):
-            factor = float(factor.to_value(""))
+        units = own_units(self._numbers())
+        wanted = units.number(positive(mass, "kg", "mass"), "mass", "mass")
+        factor = wanted / self._core(units, "the composite").mass
 
         def scaled(part: Part) -> Part:
             mass, density = (None if value is None else value * factor for value in (part.mass, part.density))
@@ -280,6 +278,7 @@ def _is_zero(value: Any) -> bool:
     return np.ndim(value) == 0 and not isinstance(value, str) and bool(np.asarray(getattr(value, "value", value)) == 0)
 
 
+@named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class WorkingFrame(ArrayFields):
     """Where the working frame of a composite lies in its body frame.

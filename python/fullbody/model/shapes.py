@@ -125,6 +125,22 @@ def lengths_of(shape: Solid) -> dict[str, Any]:
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
+def own_units(known: dict[str, tuple[Any, str]]) -> Units:
+    """Units of the first of some lengths and of the first of some masses or densities, if they have any.
+
+    The numbers are given by their names, with their dimensions.
+    """
+    if not refuse_mixture({label: value for label, (value, _) in known.items()}):
+        return Units()
+    from astropy import units as u
+
+    first: dict[str, Any] = {}
+    for value, dimension in known.values():
+        first.setdefault(dimension, value.unit)
+    length = first.get("length", u.m)
+    return Units((length, u.s, first["mass"] if "mass" in first else first["density"] * length**3))
+
+
 def semi_axes_in(shape: Solid, units: Units, name: str) -> tuple[float, float, float] | None:
     """Semi-axes as numbers in a system's units; ``None`` for a point."""
     if shape._lengths is None:
