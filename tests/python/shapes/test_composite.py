@@ -229,9 +229,10 @@ def test_invariances():
     parts, state = lump(), pose(4.0)
     system = fullbody.System([Body(Composite(parts), name="A"), PROBE], G=1.3)
     f = system.interactions(state)
-    # By 120 degrees about the diagonal: x to y to z to x.
-    g = system.interactions(state.rotated([1.0, 1.0, 1.0], 2.0 * np.pi / 3.0))
-    close(g.force, np.roll(f.force, 1, axis=1), 1e-14)
+    q = turn()
+    position, attitude = state.position @ matrix(q).T, [quaternion_product(q, a) for a in state.attitude]
+    g = system.interactions(state.replace(position=position, attitude=attitude))
+    close(g.force, f.force @ matrix(q).T, 1e-14)
     close(g.torque, f.torque, 1e-14, scale=np.abs(f.force).max())
 
     mixed = fullbody.System([Body(Composite(parts[::-1]), name="A"), PROBE], G=1.3)
