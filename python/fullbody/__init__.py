@@ -28,8 +28,10 @@ from .errors import (
     StepSizeTooSmall,
     UncheckedFile,
 )
-from .model.bodies import Body, Ellipsoid, PointMass, Sphere
+from .model.bodies import Body
+from .model.composite import Composite, Part, WorkingFrame
 from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
 from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
@@ -76,6 +78,7 @@ __all__ = [
     "Body",
     "ChartSingularity",
     "Component",
+    "Composite",
     "Dense",
     "DormandPrince54",
     "Ellipsoid",
@@ -91,6 +94,7 @@ __all__ = [
     "LieGroupVariational",
     "Loads",
     "NotConverged",
+    "Part",
     "PointMass",
     "PrecisionWarning",
     "Run",
@@ -109,6 +113,7 @@ __all__ = [
     "Verner76",
     "Verner87",
     "Verner98",
+    "WorkingFrame",
     "__version__",
     "binary",
     "events",

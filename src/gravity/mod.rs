@@ -21,7 +21,7 @@ mod pull;
 pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
 pub use near::{Near, kappa};
-pub use pull::ExtendedPull;
+pub use pull::{BodyPull, ExtendedPull};
 
 use crate::math::lanes::{Lanes, dot};
 use pulp::Simd;

@@ -1,4 +1,4 @@
-//! A pair of bodies with a method, evaluated with the rule in force.
+//! A pair of parts with a method, evaluated with the rule in force.
 
 use super::rule::{Kernel, NodeStore, Rule};
 use super::store::{Carrier, Store};
@@ -6,11 +6,11 @@ use super::{Balance, Interaction, Method, Multipole, Pose, Roles, means, surface
 use crate::gravity::{FarSeries, FieldKernel};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Order;
-use crate::shape::{Ellipsoid, Shape};
+use crate::shape::{Ellipsoid, Shape, growth};
 use pulp::Arch;
 use std::sync::Arc;
 
-/// The part of a body's gravity that does not depend on the state.
+/// What of a part's gravity does not depend on the state.
 #[derive(Debug, Clone)]
 pub struct BodyGravity {
     pub(super) name: String,
@@ -28,7 +28,7 @@ impl BodyGravity {
             Shape::Point => Mat3::identity(),
         };
         let (series, store) = (store.series(shape), store.clone());
-        Self { name: name.to_owned(), shape: *shape, canonical, series, store }
+        Self { name: name.to_owned(), shape: shape.clone(), canonical, series, store }
     }
 
     pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
@@ -49,7 +49,7 @@ impl BodyGravity {
     }
 }
 
-/// Two bodies and the method of their interaction.
+/// Two shapes and the method of their interaction. A pair of ordinary bodies is one of these; see [`super::Link`] for composites.
 #[derive(Debug, Clone)]
 pub struct Pair {
     pub(super) method: Method,
@@ -119,6 +119,18 @@ impl Pair {
     #[inline]
     pub fn covers(&self, distance: f64) -> bool {
         distance >= self.valid_from()
+    }
+
+    /// The separation from which on the shapes cannot touch, however they are turned.
+    pub fn apart_from(&self) -> f64 {
+        self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit
+    }
+
+    /// The factor by which both must grow to touch.
+    pub fn growth(&self, pose: &Pose) -> f64 {
+        let Pose { separation, rotation_first, rotation_second } = self.scaled(pose);
+        let [first, second] = &self.bodies;
+        growth(&first.shape, &second.shape, &separation, &rotation_first, &rotation_second).factor
     }
 
     /// Force and torques with the rule in force.

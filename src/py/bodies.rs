@@ -3,13 +3,19 @@
 use super::arrays::{array, from_vectors, vectors};
 use crate::error::Error;
 use crate::gravity::ExteriorField;
-use crate::shape::{Body, Shape};
+use crate::shape::{Body, GivenPart, Shape};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+/// A part in the working frame: semi-axes, mass or density, position, attitude.
+type New = (Option<[f64; 3]>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
+/// A part in the working frame: semi-axes, mass, position, attitude. A point has no semi-axes: `None`.
+type Given = (Option<[f64; 3]>, f64, [f64; 3], [f64; 4]);
+/// A part in the body frame: semi-axes, mass, position, rotation matrix.
+type Placed = (Option<[f64; 3]>, f64, [f64; 3], [[f64; 3]; 3]);
 
-/// A shape with a mass. A point has no semi-axes: `None`.
+/// One part or several. A point has no semi-axes: `None`.
 #[pyclass(frozen, name = "Body", module = "fullbody._core")]
 pub struct PyBody {
     pub inner: Body,
@@ -42,12 +48,65 @@ impl PyBody {
         self.inner.mass
     }
 
+    /// A body of several parts: (semi-axes, mass, density, position, attitude), with a mass or a density.
+    #[staticmethod]
+    fn composite(name: String, parts: Vec<New>) -> Result<Self, Error> {
+        let given =
+            parts.into_iter().enumerate().map(|(index, (axes, mass, density, position, attitude))| {
+                let what = format!("part {index} of {name}");
+                let shape = Shape::try_from(axes).map_err(|error| error.of(&what))?;
+                let mass = match (mass, density) {
+                    (Some(mass), None) => mass,
+                    (None, Some(density)) => GivenPart::mass_of(&what, &shape, density)?,
+                    _ => {
+                        return Err(Error::invalid(
+                            what,
+                            "not given just one of mass and density",
+                            "one of the two",
+                        ));
+                    }
+                };
+                Ok(GivenPart { shape, mass, position, attitude })
+            });
+        let given = given.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { inner: Body::composite(name, given)? })
+    }
+
+    /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
+    #[getter]
+    fn given(&self) -> Vec<Given> {
+        let of = |part: &GivenPart| (part.shape.clone().into(), part.mass, part.position, part.attitude);
+        self.inner.given().iter().map(of).collect()
+    }
+
+    /// All parts in the body frame.
+    #[getter]
+    fn parts(&self) -> Vec<Placed> {
+        let parts = self.inner.parts().iter();
+        parts
+            .map(|part| {
+                let rotation = part.rotation().transpose();
+                (part.shape.clone().into(), part.mass, part.position().into(), rotation.into())
+            })
+            .collect()
+    }
+
+    /// Position and attitude of a composite's working frame in the body frame.
+    #[getter]
+    fn working_frame(&self) -> Option<([f64; 3], [f64; 4])> {
+        self.inner.working_frame().map(|frame| (frame.position.into(), frame.attitude))
+    }
+
+    /// Semi-axes of an ordinary body; of a composite those of the homogeneous ellipsoid of the same mass and inertia.
+    #[getter]
+    fn semi_axes(&self) -> [f64; 3] {
+        self.inner.semi_axes()
+    }
+
+    /// Volume of the ellipsoid with these semi-axes.
     #[getter]
     fn volume(&self) -> f64 {
-        match self.inner.shape {
-            Shape::Ellipsoid(e) => e.volume(),
-            Shape::Point => 0.0,
-        }
+        self.inner.volume()
     }
 
     #[getter]
@@ -56,16 +115,18 @@ impl PyBody {
     }
 }
 
-/// Exterior potential (K,) and field (K, 3) of a body at points (K, 3) of its frame.
+/// Potential (K,) and field (K, 3) of a body at points (K, 3) of its frame, which may be inside it if that is said.
 #[pyfunction]
-#[pyo3(name = "exterior_gravity")]
-pub fn exterior_gravity<'py>(
+#[pyo3(name = "gravity")]
+pub fn gravity<'py>(
     py: Python<'py>,
     body: &PyBody,
     gravitational_constant: f64,
     points: PyReadonlyArrayDyn<'py, f64>,
+    inside: bool,
 ) -> PyResult<(Array<'py>, Array<'py>)> {
     let field = ExteriorField::new(&body.inner, gravitational_constant);
+    let field = if inside { field.with_inside() } else { field };
     let points = vectors("points", &points)?;
     let potential = points.iter().map(|p| field.potential(p)).collect::<Result<Vec<_>, _>>()?;
     let g = points.iter().map(|p| field.field(p)).collect::<Result<Vec<_>, _>>()?;

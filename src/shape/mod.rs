@@ -1,69 +1,37 @@
-//! Bodies: a shape with a mass. Ellipsoids of any axes (sphere, oblate, prolate, triaxial) and point masses.
+//! Bodies: one part or several, each a shape with a mass. Ellipsoids of any axes (sphere, oblate, prolate, triaxial) and
+//! point masses.
 //!
-//! Takes semi-axes along the body frame's x, y, z and a mass or density; gives volume, inertia, the focal
-//! ellipse and the overlap test. Inertia: the paper's section "Surface integration".
+//! Takes semi-axes along the part's x, y, z and a mass or density, and where the parts are; gives volume, inertia, principal
+//! axes, the focal ellipse and the overlap test. Inertia: the paper's section "Surface integration".
 
+mod body;
+mod composite;
 mod contact;
 mod ellipsoid;
+mod meeting;
+mod part;
 mod plane;
 
+pub use body::Body;
+pub use composite::WorkingFrame;
 pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
+pub use meeting::Meeting;
+pub use part::{GivenPart, Part, Place};
 pub use plane::{normal, support};
 
 use crate::error::{Error, Result, require_positive};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// The shape of a body. Described by its semi-axes; none for a point.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// The shape of a part. Described by its semi-axes; none for a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Option<[f64; 3]>", into = "Option<[f64; 3]>")]
 pub enum Shape {
     /// A homogeneous ellipsoid.
     Ellipsoid(Ellipsoid),
-    /// A body without extent; it has no spin dynamics.
+    /// No extent. A body of such a part alone has no spin dynamics.
     Point,
-}
-
-/// A shape with a mass.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Body {
-    /// The name that errors and tables use.
-    pub name: String,
-    /// The shape.
-    #[serde(rename = "semi_axes")]
-    pub shape: Shape,
-    /// Mass in the system's units.
-    pub mass: f64,
-}
-
-impl Body {
-    /// A body of given mass.
-    pub fn with_mass(name: impl Into<String>, shape: Shape, mass: f64) -> Result<Self> {
-        let name = name.into();
-        require_positive(&format!("mass of {name}"), mass)?;
-        Ok(Self { name, shape, mass })
-    }
-
-    /// A body of given density; a point has none.
-    pub fn with_density(name: impl Into<String>, shape: Shape, density: f64) -> Result<Self> {
-        let name = name.into();
-        require_positive(&format!("density of {name}"), density)?;
-        match shape {
-            Shape::Ellipsoid(e) => Self::with_mass(name, shape, density * e.volume()),
-            Shape::Point => {
-                Err(Error::invalid(format!("density of {name}"), density, "a mass: a point has no volume"))
-            }
-        }
-    }
-
-    /// Principal moments of inertia (I11, I22, I33); zero for a point.
-    pub fn inertia(&self) -> Vec3 {
-        match self.shape {
-            Shape::Ellipsoid(e) => e.inertia_per_mass() * self.mass,
-            Shape::Point => Vec3::zeros(),
-        }
-    }
 }
 
 impl TryFrom<Option<[f64; 3]>> for Shape {
@@ -109,6 +77,36 @@ impl Shape {
         match self {
             Self::Ellipsoid(_) => self.circumradius().log2().floor().exp2(),
             Self::Point => 1.0,
+        }
+    }
+
+    /// Volume; zero for a point.
+    pub fn volume(&self) -> f64 {
+        match self {
+            Self::Ellipsoid(e) => e.volume(),
+            Self::Point => 0.0,
+        }
+    }
+
+    /// Principal moments of inertia of unit mass about the shape's own axes; zeros for a point.
+    pub fn inertia_per_mass(&self) -> Vec3 {
+        match self {
+            Self::Ellipsoid(e) => e.inertia_per_mass(),
+            Self::Point => Vec3::zeros(),
+        }
+    }
+
+    /// The tensor of inertia of unit mass about the centre.
+    pub fn inertia_tensor_per_mass(&self) -> Mat3 {
+        Mat3::from_diagonal(&self.inertia_per_mass())
+    }
+
+    /// Larger semi-axis of the focal ellipse: how far from the centre the mass reaches that attracts alike; zero for a sphere
+    /// and a point.
+    pub fn focal_reach(&self) -> f64 {
+        match self {
+            Self::Ellipsoid(e) => e.focal_axes()[0],
+            Self::Point => 0.0,
         }
     }
 
