@@ -265,8 +265,8 @@ impl Dynamics {
         for (body, ((acceleration, torque), inverse_mass)) in bodies.enumerate() {
             let mut force = Vec3::zeros();
             for loads in self.outside.loads() {
-                force += loads.force[body];
-                *torque += loads.torque[body];
+                force += loads[body].force;
+                *torque += loads[body].torque;
             }
             total += force;
             *acceleration += force * *inverse_mass;
@@ -339,10 +339,10 @@ impl Dynamics {
 
     /// The rates of the books at the vector of the last evaluation.
     pub fn quadratures(&self, rate: &mut [f64]) {
-        let scene = &self.outside.scene;
-        for force in 0..self.layout.forces {
-            let book = &mut rate[self.layout.book(force)..][..BOOK];
-            self.outside.book(force, &scene.velocity, &scene.spin, book);
+        let books = rate[self.layout.book(0)..].as_chunks_mut::<BOOK>().0;
+        for (force, book) in books.iter_mut().enumerate().take(self.layout.forces) {
+            let motions = self.outside.scene.bodies.iter().map(|body| (body.velocity, body.spin));
+            self.outside.book(force, motions, book);
         }
     }
 
@@ -385,7 +385,7 @@ impl Dynamics {
     fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             let a = self.layout.attitude(body);
-            self.outside.scene.rotation[body] = match self.layout.chart {
+            self.outside.scene.bodies[body].rotation = match self.layout.chart {
                 AttitudeChart::Quaternion => rotation::matrix([y[a], y[a + 1], y[a + 2], y[a + 3]]),
                 AttitudeChart::TaitBryan => rotation::tait_bryan_matrix([y[a], y[a + 1], y[a + 2]]),
             };
@@ -395,8 +395,8 @@ impl Dynamics {
     fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
-            rotation_first: self.outside.scene.rotation[i],
-            rotation_second: self.outside.scene.rotation[j],
+            rotation_first: self.outside.scene.bodies[i].rotation,
+            rotation_second: self.outside.scene.bodies[j].rotation,
         }
     }
 }

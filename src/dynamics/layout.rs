@@ -188,13 +188,14 @@ impl BarycentricFrame {
     /// quaternions only where they are wanted.
     pub fn show(&self, time: f64, y: &[f64], attitudes: bool, scene: &mut Scene) {
         let (departed, departing) = self.departure(y);
-        let vectors = |from: usize| y[from..].chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2]));
         let layout = self.layout;
-        scene.position.iter_mut().zip(vectors(layout.position(0))).for_each(|(r, own)| *r = departed + own);
-        scene.velocity.iter_mut().zip(vectors(layout.velocity(0))).for_each(|(v, own)| *v = departing + own);
-        scene.spin.iter_mut().zip(vectors(layout.spin(0))).for_each(|(w, own)| *w = own);
+        let vectors = |from: usize| y[from..].as_chunks::<3>().0.iter().map(|&c| Vec3::from(c));
+        let own = vectors(layout.position(0)).zip(vectors(layout.velocity(0))).zip(vectors(layout.spin(0)));
+        for (at, ((position, velocity), spin)) in scene.bodies.iter_mut().zip(own) {
+            (at.position, at.velocity, at.spin) = (departed + position, departing + velocity, spin);
+        }
         if attitudes {
-            (0..layout.bodies).for_each(|body| scene.attitude[body] = self.attitude(body, y));
+            (0..layout.bodies).for_each(|body| scene.bodies[body].attitude = self.attitude(body, y));
         }
         scene.time = time;
         scene.origin = self.nominal_at(time);

@@ -230,12 +230,14 @@ impl Splitting {
         let (departing, scene) = (layout.departure() + 3, &dynamics.outside().scene);
         let [velocity, spin] = &mut self.middle;
         for body in 0..layout.bodies {
-            velocity[body] = scene.velocity[body] + 0.5 * size * (self.acceleration[body] + kick);
-            spin[body] = scene.spin[body] + 0.5 * size * self.spin_rate[body];
+            let at = &scene.bodies[body];
+            velocity[body] = at.velocity + 0.5 * size * (self.acceleration[body] + kick);
+            spin[body] = at.spin + 0.5 * size * self.spin_rate[body];
         }
         for force in 0..layout.forces {
             let mut book = [0.0; BOOK];
-            dynamics.outside().book(force, velocity, spin, &mut book);
+            let motions = velocity.iter().copied().zip(spin.iter().copied());
+            dynamics.outside().book(force, motions, &mut book);
             let at = layout.book(force);
             (0..BOOK).for_each(|k| add(high, low, at + k, size * book[k]));
         }

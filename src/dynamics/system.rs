@@ -1,7 +1,7 @@
 //! A system: bodies, gravitational constant, method.
 
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, State, invariants};
-use crate::environment::{Environment, Force, Loads};
+use crate::environment::{Environment, Force, Load};
 use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
@@ -257,17 +257,20 @@ impl System {
     }
 
     /// What each force from outside does, by its place in the list. The state's own barycentre is the nominal one.
-    pub fn outside(&self, state: &State, patience: &mut Patience) -> Result<Vec<Loads>> {
+    pub fn outside(&self, state: &State, patience: &mut Patience) -> Result<Vec<Vec<Load>>> {
         self.check(state, patience)?;
         let mut environment = self.environment()?;
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
-        environment.scene.rotation = state.attitude.iter().map(|&q| rotation::matrix(q)).collect();
+        for (body, &attitude) in environment.scene.bodies.iter_mut().zip(&state.attitude) {
+            body.rotation = rotation::matrix(attitude);
+        }
         frame.show(state.time, &y, true, &mut environment.scene);
         environment.check(state.time, state.time)?;
         environment.switch(0.0)?;
         environment.load()?;
         for (force, loads) in self.forces.iter().zip(environment.loads()) {
-            if !loads.force.iter().chain(&loads.torque).flatten().all(|value| value.is_finite()) {
+            let finite = |load: &Load| load.force.iter().chain(&load.torque).all(|value| value.is_finite());
+            if !loads.iter().all(finite) {
                 let (force, detail) = (force.name().to_owned(), "it is not finite in this state".to_owned());
                 return Err(Error::ForceFailed { force, time: state.time, detail, answer: None });
             }

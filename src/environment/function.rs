@@ -1,6 +1,6 @@
 //! A caller's own force, by a pointer to a function in C: compiled from any language, or a way into an interpreter.
 
-use super::{Loads, Scene};
+use super::{Load, Scene};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::shape::Body;
@@ -94,11 +94,16 @@ impl Function {
                 "it to be given again where the archive is loaded",
             ));
         };
+        let zeros = vec![Vec3::zeros(); bodies.len()];
+        let [position, velocity, spin, force, torque] = std::array::from_fn(|_| zeros.clone());
         Ok(Called {
             call,
-            position: vec![0.0; 3 * bodies.len()],
-            velocity: vec![0.0; 3 * bodies.len()],
-            loads: vec![0.0; 6 * bodies.len()],
+            position,
+            velocity,
+            attitude: vec![[0.0; 4]; bodies.len()],
+            spin,
+            force,
+            torque,
             points: bodies
                 .iter()
                 .map(|body| (body.inertia() == Vec3::zeros()).then(|| body.name.clone()))
@@ -111,35 +116,38 @@ impl Function {
 #[derive(Debug, Clone)]
 pub(super) struct Called {
     call: Call,
-    position: Vec<f64>,
-    velocity: Vec<f64>,
-    loads: Vec<f64>,
+    position: Vec<Vec3>,
+    velocity: Vec<Vec3>,
+    attitude: Vec<[f64; 4]>,
+    spin: Vec<Vec3>,
+    force: Vec<Vec3>,
+    torque: Vec<Vec3>,
     /// Names of the bodies that are points.
     points: Vec<Option<String>>,
 }
 
 impl Called {
     #[allow(unsafe_code)]
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
-        let bodies = scene.position.len();
-        for body in 0..bodies {
-            let (r, v) = (scene.origin + scene.position[body], scene.origin_velocity + scene.velocity[body]);
-            self.position[3 * body..3 * body + 3].copy_from_slice(r.as_slice());
-            self.velocity[3 * body..3 * body + 3].copy_from_slice(v.as_slice());
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut [Load]) -> Result<()> {
+        for (body, at) in scene.bodies.iter().enumerate() {
+            self.position[body] = scene.origin + at.position;
+            self.velocity[body] = scene.origin_velocity + at.velocity;
+            self.attitude[body] = at.attitude;
+            self.spin[body] = at.spin;
         }
-        self.loads.fill(0.0);
-        let (force, torque) = self.loads.split_at_mut(3 * bodies);
+        self.force.fill(Vec3::zeros());
+        self.torque.fill(Vec3::zeros());
         // SAFETY: `Call::new` was promised the signature, and the arrays are as long as that says.
         let answer = unsafe {
             (self.call.function)(
                 scene.time,
-                bodies as i64,
-                self.position.as_ptr(),
-                self.velocity.as_ptr(),
-                scene.attitude.as_ptr().cast(),
-                scene.spin.as_ptr().cast(),
-                force.as_mut_ptr(),
-                torque.as_mut_ptr(),
+                scene.bodies.len() as i64,
+                self.position.as_ptr().cast(),
+                self.velocity.as_ptr().cast(),
+                self.attitude.as_ptr().cast(),
+                self.spin.as_ptr().cast(),
+                self.force.as_mut_ptr().cast(),
+                self.torque.as_mut_ptr().cast(),
                 self.call.data as *mut c_void,
             )
         };
@@ -150,15 +158,13 @@ impl Called {
             let detail = format!("its function answers {answer}, where {} is success", self.call.success);
             return failed(detail, Some(answer));
         }
-        if let Some(value) = self.loads.iter().find(|value| !value.is_finite()) {
+        if let Some(value) = self.force.iter().chain(&self.torque).flatten().find(|value| !value.is_finite())
+        {
             return failed(format!("its function gives {value}; expected finite numbers"), None);
         }
-        let (force, torque) = self.loads.split_at(3 * bodies);
-        for body in 0..bodies {
-            let at = 3 * body..3 * body + 3;
-            loads.force[body].copy_from_slice(&force[at.clone()]);
-            loads.torque[body].copy_from_slice(&torque[at]);
-            if let (Some(name), true) = (&self.points[body], loads.torque[body] != Vec3::zeros()) {
+        for (body, load) in loads.iter_mut().enumerate() {
+            *load = Load { force: self.force[body], torque: self.torque[body] };
+            if let (Some(name), true) = (&self.points[body], load.torque != Vec3::zeros()) {
                 let detail =
                     format!("its function gives a torque on {name}, a point, which nothing can turn");
                 return failed(detail, None);

@@ -19,7 +19,7 @@ mod tide;
 pub use force::Force;
 pub use function::{Call, ForceFunction, Function};
 pub use radiation::{Byorp, Yorp};
-pub use scene::{Loads, Scene, Switch};
+pub use scene::{Load, Scene, Switch};
 pub use terms::{BOOK, Environment};
 pub use third_body::{Path, ThirdBody, WhoseOrbit};
 pub use tide::Tide;

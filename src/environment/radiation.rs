@@ -4,7 +4,7 @@
 //! across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres (2010),
 //! Icarus 209, 494, for the force along the secondary's motion.
 
-use super::scene::{Loads, Scene, Switch, place_to_turn, two_places};
+use super::scene::{Load, Scene, Switch, place_to_turn, two_places};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;
@@ -87,8 +87,8 @@ impl Turning {
     /// Refuses a spin of zero, and a step in which the torque along the spin brings it to a stop: there is no spin for it to be
     /// along, and it would turn over at every step.
     pub fn check(&self, name: &str, scene: &Scene, step: f64) -> Result<()> {
-        let spin = scene.spin[self.on];
-        let [along, across] = self.torques(&scene.inertial_spin(self.on));
+        let spin = scene.bodies[self.on].spin;
+        let [along, across] = self.torques(&scene.bodies[self.on].inertial_spin());
         let failed = |detail| {
             Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail, answer: None })
         };
@@ -120,10 +120,10 @@ impl Turning {
         }
     }
 
-    pub fn load(&self, scene: &Scene, loads: &mut Loads) {
-        let spin = scene.inertial_spin(self.on);
+    pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
+        let spin = scene.bodies[self.on].inertial_spin();
         let Some(axis) = spin.try_normalize(0.0) else {
-            loads.torque[self.on] = Vec3::zeros();
+            loads[self.on].torque = Vec3::zeros();
             return;
         };
         let aside = axis.cross(&self.pole);
@@ -132,7 +132,7 @@ impl Turning {
         // From the pole to the spin, across the spin: there is no such direction where they are parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        loads.torque[self.on] = turned_back(&scene.rotation[self.on], &torque);
+        loads[self.on].torque = turned_back(&scene.bodies[self.on].rotation, &torque);
     }
 }
 
@@ -205,10 +205,10 @@ impl Pushing {
     /// axis and the line to the other body is that of a pendulum that does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with
     /// w^2 = 3 (B - A)/C mu/r^3.
     fn locked(&self, scene: &Scene) -> bool {
-        let (r, v) = scene.relative(self.on, self.about);
+        let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
         let (distance, momentum) = (r.norm(), r.cross(&v));
         let Some(normal) = momentum.try_normalize(0.0) else { return false };
-        let turn = &scene.rotation[self.on];
+        let turn = &scene.bodies[self.on].rotation;
         let (long, short) = (turn.column(self.long), turn.column(self.short));
         if short.dot(&normal).abs() < std::f64::consts::FRAC_1_SQRT_2 {
             return false;
@@ -216,16 +216,19 @@ impl Pushing {
         let line = r / distance;
         let (cosine, sine) = (long.dot(&line), long.dot(&normal.cross(&line)));
         let share = sine * sine / (sine * sine + cosine * cosine);
-        let rate = scene.inertial_spin(self.on).dot(&normal) - momentum.norm() / (distance * distance);
+        let rate =
+            scene.bodies[self.on].inertial_spin().dot(&normal) - momentum.norm() / (distance * distance);
         let frequency = self.elongation * self.mu / (distance * distance * distance);
         rate * rate + frequency * share < frequency
     }
 
-    pub fn load(&self, scene: &Scene, loads: &mut Loads) {
-        let (r, v) = scene.relative(self.on, self.about);
-        let forwards = r.cross(&v).cross(&r);
-        let length = forwards.norm();
+    pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
+        let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
+        let momentum = r.cross(&v);
+        let forwards = momentum.cross(&r);
+        // That of forwards, whose factors are at right angles.
+        let length = (momentum.norm_squared() * r.norm_squared()).sqrt();
         let acts = self.state.on && length > 0.0;
-        loads.force[self.on] = forwards * if acts { self.force / length } else { 0.0 };
+        loads[self.on].force = forwards * if acts { self.force / length } else { 0.0 };
     }
 }

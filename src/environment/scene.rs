@@ -11,56 +11,60 @@ use serde::{Deserialize, Serialize};
 pub struct Scene {
     /// Time.
     pub time: f64,
-    /// Centres from the nominal barycentre, inertial axes.
-    pub position: Vec<Vec3>,
-    /// Their velocities relative to it.
-    pub velocity: Vec<Vec3>,
-    /// Attitudes; kept up only where [`super::Environment::wants_attitudes`].
-    pub attitude: Vec<[f64; 4]>,
-    /// Rotation matrices from body frames to inertial axes.
-    pub rotation: Vec<Mat3>,
-    /// Spins, body frames.
-    pub spin: Vec<Vec3>,
+    /// The bodies.
+    pub bodies: Vec<Actor>,
     /// The nominal barycentre in the coordinates of the states.
     pub origin: Vec3,
     /// Its velocity.
     pub origin_velocity: Vec3,
 }
 
+/// A body at that time.
+#[derive(Debug, Clone, Copy)]
+pub struct Actor {
+    /// Centre from the nominal barycentre, inertial axes.
+    pub position: Vec3,
+    /// Velocity relative to it.
+    pub velocity: Vec3,
+    /// Spin, body frame.
+    pub spin: Vec3,
+    /// Rotation matrix from the body frame to inertial axes.
+    pub rotation: Mat3,
+    /// Attitude; kept up only where [`super::Environment::wants_attitudes`].
+    pub attitude: [f64; 4],
+}
+
 impl Scene {
     /// Of so many bodies.
     pub fn new(bodies: usize) -> Self {
-        let zeros = vec![Vec3::zeros(); bodies];
-        Self {
-            position: zeros.clone(),
-            velocity: zeros.clone(),
-            attitude: vec![[1.0, 0.0, 0.0, 0.0]; bodies],
-            rotation: vec![Mat3::identity(); bodies],
-            spin: zeros,
-            ..Self::default()
-        }
-    }
-
-    /// Position and velocity of a body relative to another.
-    #[inline(always)]
-    pub(super) fn relative(&self, body: usize, about: usize) -> (Vec3, Vec3) {
-        (self.position[body] - self.position[about], self.velocity[body] - self.velocity[about])
-    }
-
-    /// Angular velocity of a body, inertial axes.
-    #[inline(always)]
-    pub(super) fn inertial_spin(&self, body: usize) -> Vec3 {
-        turned(&self.rotation[body], &self.spin[body])
+        let zero = Vec3::zeros();
+        let (rotation, attitude) = (Mat3::identity(), [1.0, 0.0, 0.0, 0.0]);
+        let at_rest = Actor { position: zero, velocity: zero, spin: zero, rotation, attitude };
+        Self { bodies: vec![at_rest; bodies], ..Self::default() }
     }
 }
 
-/// What one force does to the bodies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Loads {
-    /// Forces, inertial.
-    pub force: Vec<Vec3>,
-    /// Torques about the bodies' centres, body frames.
-    pub torque: Vec<Vec3>,
+impl Actor {
+    /// Position and velocity relative to another body.
+    #[inline(always)]
+    pub(super) fn relative(&self, about: &Self) -> (Vec3, Vec3) {
+        (self.position - about.position, self.velocity - about.velocity)
+    }
+
+    /// Angular velocity, inertial axes.
+    #[inline(always)]
+    pub(super) fn inertial_spin(&self) -> Vec3 {
+        turned(&self.rotation, &self.spin)
+    }
+}
+
+/// What one force does to a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// The force, inertial.
+    pub force: Vec3,
+    /// The torque about the body's centre, body frame.
+    pub torque: Vec3,
 }
 
 /// Whether a force acts, and how often it has been switched off.

@@ -1,6 +1,6 @@
 //! The forces of a system as terms of a sum, and their books.
 
-use super::{Force, Loads, Scene, Switch, function, radiation, third_body, tide};
+use super::{Force, Load, Scene, Switch, function, radiation, third_body, tide};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
@@ -15,7 +15,7 @@ pub struct Environment {
     terms: Vec<Term>,
     /// The bodies at the place in question.
     pub scene: Scene,
-    loads: Vec<Loads>,
+    loads: Vec<Vec<Load>>,
 }
 
 #[derive(Debug, Clone)]
@@ -51,13 +51,12 @@ impl Environment {
             };
             terms.push(Term { name, law });
         }
-        let none =
-            Loads { force: vec![Vec3::zeros(); bodies.len()], torque: vec![Vec3::zeros(); bodies.len()] };
+        let none = vec![Load { force: Vec3::zeros(), torque: Vec3::zeros() }; bodies.len()];
         Ok(Self { loads: vec![none; terms.len()], scene: Scene::new(bodies.len()), terms })
     }
 
-    /// What every force does at the scene, by its place in the list.
-    pub fn loads(&self) -> &[Loads] {
+    /// What every force does to every body at the scene, by their places in the lists.
+    pub fn loads(&self) -> &[Vec<Load>] {
         &self.loads
     }
 
@@ -69,7 +68,7 @@ impl Environment {
     /// Units of work of an evaluation, for [`crate::patience::Patience`].
     pub fn work(&self) -> u64 {
         let of = |term: &Term| match &term.law {
-            Law::ThirdBody(_) => 8 * self.scene.position.len() as u64,
+            Law::ThirdBody(_) => 8 * self.scene.bodies.len() as u64,
             Law::Tide(_) | Law::Yorp(_) | Law::Byorp(_) => 4,
             // One that is written in Python takes some ten microseconds.
             Law::Function(_) => 1000,
@@ -146,26 +145,26 @@ impl Environment {
 
     /// Power, force and torque about the origin that a force has of the whole system, for velocities relative to the nominal
     /// barycentre and spins that may differ from the scene's.
-    pub fn book(&self, force: usize, velocity: &[Vec3], spin: &[Vec3], out: &mut [f64]) {
-        let (scene, loads) = (&self.scene, &self.loads[force]);
+    #[inline]
+    pub fn book(&self, force: usize, motions: impl Iterator<Item = (Vec3, Vec3)>, out: &mut [f64; BOOK]) {
+        let scene = &self.scene;
         let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
-        for body in 0..velocity.len() {
-            let (f, m) = (&loads.force[body], &loads.torque[body]);
+        for ((body, Load { force: f, torque: m }), (velocity, spin)) in
+            scene.bodies.iter().zip(&self.loads[force]).zip(motions)
+        {
             if *f != Vec3::zeros() {
-                power += f.dot(&velocity[body]);
+                power += f.dot(&velocity);
                 total += f;
-                moment += scene.position[body].cross(f);
+                moment += body.position.cross(f);
             }
             if *m != Vec3::zeros() {
-                power += m.dot(&spin[body]);
-                moment += turned(&scene.rotation[body], m);
+                power += m.dot(&spin);
+                moment += turned(&body.rotation, m);
             }
         }
         power += total.dot(&scene.origin_velocity);
         moment += scene.origin.cross(&total);
-        out[0] = power;
-        out[1..4].copy_from_slice(total.as_slice());
-        out[4..7].copy_from_slice(moment.as_slice());
+        *out = [power, total.x, total.y, total.z, moment.x, moment.y, moment.z];
     }
 
     /// Position and velocity of a third body from the nominal barycentre at a time.

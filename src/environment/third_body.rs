@@ -9,7 +9,7 @@
 //! equal accelerations without their cancellation. On a body with extent the third body acts as the body's own exact field
 //! says, by the third law.
 
-use super::{Loads, Scene};
+use super::{Load, Scene};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::gravity::BodyPull;
 use crate::math::Vec3;
@@ -86,11 +86,8 @@ impl ThirdBody {
             mu: self.mu,
             sign: if self.of == WhoseOrbit::System { -1.0 } else { 1.0 },
             motion,
-            names: bodies.iter().map(|body| body.name.clone()).collect(),
-            masses: bodies.iter().map(|body| body.mass).collect(),
-            radii: bodies.iter().map(|body| body.circumradius()).collect(),
             largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
-            extended: bodies.iter().map(BodyPull::new).collect(),
+            bodies: bodies.iter().map(Pulled::new).collect(),
         })
     }
 }
@@ -107,12 +104,25 @@ pub(super) struct Pull {
     mu: f64,
     sign: f64,
     motion: Motion,
-    names: Vec<String>,
-    masses: Vec<f64>,
-    radii: Vec<f64>,
-    /// The largest of them.
+    /// The largest radius of a body.
     largest: f64,
-    extended: Vec<Option<BodyPull>>,
+    bodies: Vec<Pulled>,
+}
+
+/// A body that it pulls.
+#[derive(Debug, Clone)]
+struct Pulled {
+    name: String,
+    mass: f64,
+    radius: f64,
+    extended: Option<BodyPull>,
+}
+
+impl Pulled {
+    fn new(body: &Body) -> Self {
+        let (name, extended) = (body.name.clone(), BodyPull::new(body));
+        Self { name, mass: body.mass, radius: body.circumradius(), extended }
+    }
 }
 
 impl Pull {
@@ -162,7 +172,7 @@ impl Pull {
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
     pub fn check(&self, name: &str, from: f64, to: f64, scene: &Scene) -> Result<()> {
         self.covers(name, from, to)?;
-        let extent = scene.position.iter().zip(&self.radii).map(|(r, radius)| r.norm() + radius);
+        let extent = scene.bodies.iter().zip(&self.bodies).map(|(at, body)| at.position.norm() + body.radius);
         let extent = extent.fold(0.0, f64::max);
         let distance = self.place(from)?.0.norm();
         let nearest = match &self.motion {
@@ -177,33 +187,34 @@ impl Pull {
         Err(Error::invalid(format!("{what} of {name}"), nearest, expected))
     }
 
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut Loads) -> Result<()> {
+    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut [Load]) -> Result<()> {
         let Place { position: p, inverse_square, inverse_cube } = self.position(scene.time)?;
-        let rate = -self.mu * inverse_cube;
-        for (body, r) in scene.position.iter().enumerate() {
+        for ((at, body), load) in scene.bodies.iter().zip(&mut self.bodies).zip(loads) {
+            let r = at.position;
             // |d|^2 = |p|^2 (1 + q).
-            let q = r.dot(&(r - 2.0 * p)) * inverse_square;
+            let from = p - r;
+            let q = -r.dot(&(from + p)) * inverse_square;
             let Powers { f, square, cube } = Powers::of(q);
-            let d = r - p;
-            let mut force = (r + f * p) * (rate * cube);
+            let cube = inverse_cube * cube;
+            let strength = self.mu * body.mass;
+            load.force = (r + f * p) * (-strength * cube);
             let inside = || Error::ForceFailed {
                 force: name.to_owned(),
                 time: scene.time,
-                detail: format!("it comes inside {}", self.names[body]),
+                detail: format!("it comes inside {}", body.name),
                 answer: None,
             };
             let inverse_square = inverse_square * square;
-            if let Some(extended) = &mut self.extended[body] {
-                let turn = &scene.rotation[body];
+            if let Some(extended) = &mut body.extended {
+                let turn = &at.rotation;
                 let (excess, moment) = extended
-                    .at(&turned_back(turn, &-d), inverse_square, inverse_cube * cube)
+                    .at(&turned_back(turn, &from), inverse_square, cube)
                     .ok_or_else(inside)?;
-                force -= turned(turn, &excess) * self.mu;
-                loads.torque[body] = -moment * (self.mu * self.masses[body]);
-            } else if inverse_square * self.radii[body] * self.radii[body] > 1.0 {
+                load.force -= turned(turn, &excess) * strength;
+                load.torque = moment * -strength;
+            } else if inverse_square * body.radius * body.radius > 1.0 {
                 return Err(inside());
             }
-            loads.force[body] = force * self.masses[body];
         }
         // The fall of the barycentre has no bound there.
         if inverse_square * self.largest * self.largest > 1.0 {

@@ -8,7 +8,7 @@
 //! the opposite acts on the deformed body, and its torque is -r x F. Only what the lag adds is here: the figure is rigid, so that
 //! the bulges of the tide and of the rotation are part of it.
 
-use super::scene::{Loads, Scene, place_to_turn, two_places};
+use super::scene::{Load, Scene, place_to_turn, two_places};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use crate::math::rotation::turned_back;
@@ -62,15 +62,15 @@ pub(super) struct Lagging {
 }
 
 impl Lagging {
-    pub fn load(&self, scene: &Scene, loads: &mut Loads) {
-        let (r, v) = scene.relative(self.by, self.on);
-        let spin = scene.inertial_spin(self.on);
+    pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
+        let on = &scene.bodies[self.on];
+        let (r, v) = scene.bodies[self.by].relative(on);
+        let spin = on.inertial_spin();
         let inverse = 1.0 / r.norm_squared();
         // Of 1/r^10 one factor 1/r^2 stands in the bracket, which then has the size of v.
         let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + r.cross(&spin) + v;
         let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
-        loads.force[self.by] = force;
-        loads.force[self.on] = -force;
-        loads.torque[self.on] = turned_back(&scene.rotation[self.on], &-r.cross(&force));
+        loads[self.by].force = force;
+        loads[self.on] = Load { force: -force, torque: turned_back(&on.rotation, &-r.cross(&force)) };
     }
 }

@@ -72,7 +72,8 @@ impl Link {
             return Self { pair: pair(points, tolerance), arms: None };
         }
         let [first, second] = [0, 1].map(|k| &bodies[k].parts()[parts[k]]);
-        let gravity = [gravity(bodies[0], parts[0], first, store), gravity(bodies[1], parts[1], second, store)];
+        let gravity =
+            [gravity(bodies[0], parts[0], first, store), gravity(bodies[1], parts[1], second, store)];
         if first.place.is_none() && second.place.is_none() {
             return Self { pair: pair(gravity, tolerance), arms: None };
         }

@@ -111,10 +111,26 @@ pub struct OrbitCells {
     orbit: OrbitPath,
     half_width: f64,
     per_half_width: f64,
-    /// The stretch in hand.
-    cell: f64,
+    /// The stretch in hand, and the one before it: the stages of a step go to and fro between two.
+    cells: [Cell; 2],
+}
+
+/// A stretch of time.
+#[derive(Debug, Clone)]
+struct Cell {
+    /// Its middle, in half widths.
+    middle: f64,
     /// Of the numbers of a [`Place`], by powers of the time in the stretch, from -1 to 1.
-    coefficients: [[f64; 5]; Self::TERMS],
+    coefficients: [[f64; 5]; OrbitCells::TERMS],
+}
+
+impl Cell {
+    /// The time in the stretch, where it is in it.
+    #[inline(always)]
+    fn within(&self, widths: f64) -> Option<f64> {
+        let x = widths - self.middle;
+        (-1.0..1.0).contains(&x).then_some(x)
+    }
 }
 
 impl OrbitCells {
@@ -123,8 +139,9 @@ impl OrbitCells {
 
     /// Of an orbit.
     pub fn new(orbit: OrbitPath) -> Self {
-        let (half_width, coefficients) = (orbit.half_width(), [[0.0; 5]; Self::TERMS]);
-        Self { orbit, half_width, per_half_width: 1.0 / half_width, cell: f64::NAN, coefficients }
+        let half_width = orbit.half_width();
+        let none = Cell { middle: f64::NAN, coefficients: [[0.0; 5]; Self::TERMS] };
+        Self { orbit, half_width, per_half_width: 1.0 / half_width, cells: [none.clone(), none] }
     }
 
     /// The orbit.
@@ -136,14 +153,13 @@ impl OrbitCells {
     #[inline]
     pub fn after(&mut self, time: f64) -> Result<Place> {
         let widths = time * self.per_half_width;
-        let cell = (0.5 * widths).floor();
-        if cell != self.cell {
-            self.fill(cell)?;
-        }
-        let x = widths - (2.0 * cell + 1.0);
+        let x = match self.cells[0].within(widths) {
+            Some(x) => x,
+            None => self.turn_to(widths)?,
+        };
         let square = x * x;
         let (mut even, mut odd) = ([0.0; 5], [0.0; 5]);
-        for pair in self.coefficients.chunks_exact(2).rev() {
+        for pair in self.cells[0].coefficients.as_chunks::<2>().0.iter().rev() {
             for k in 0..5 {
                 even[k] = even[k] * square + pair[0][k];
                 odd[k] = odd[k] * square + pair[1][k];
@@ -154,14 +170,23 @@ impl OrbitCells {
         Ok(Place { position, inverse_square: number(3), inverse_cube: number(4) })
     }
 
+    /// Takes the stretch of a time in hand; gives the time in it.
     #[cold]
-    fn fill(&mut self, cell: f64) -> Result<()> {
+    fn turn_to(&mut self, widths: f64) -> Result<f64> {
+        self.cells.swap(0, 1);
+        if self.cells[0].within(widths).is_none() {
+            self.fill(2.0 * (0.5 * widths).floor() + 1.0)?;
+        }
+        Ok(widths - self.cells[0].middle)
+    }
+
+    fn fill(&mut self, middle: f64) -> Result<()> {
         let n = Self::TERMS as f64;
-        self.cell = f64::NAN;
+        self.cells[0].middle = f64::NAN;
         let mut chebyshev = [[0.0; 5]; Self::TERMS];
         for k in 0..Self::TERMS {
             let angle = PI * (k as f64 + 0.5) / n;
-            let (position, _) = self.orbit.after((2.0 * cell + 1.0 + angle.cos()) * self.half_width)?;
+            let (position, _) = self.orbit.after((middle + angle.cos()) * self.half_width)?;
             let Place { inverse_square, inverse_cube, .. } = Place::from(position);
             let numbers = [position.x, position.y, position.z, inverse_square, inverse_cube];
             for (j, c) in chebyshev.iter_mut().enumerate() {
@@ -170,18 +195,18 @@ impl OrbitCells {
             }
         }
         // By powers of the time: the terms fall so fast that nothing is lost.
-        self.coefficients = [[0.0; 5]; Self::TERMS];
+        let mut by_powers = [[0.0; 5]; Self::TERMS];
         let (mut last, mut present) = ([0.0; Self::TERMS], [0.0; Self::TERMS]);
         present[0] = 1.0;
         for (j, c) in chebyshev.iter().enumerate() {
-            for (coefficients, power) in self.coefficients.iter_mut().zip(present) {
+            for (coefficients, power) in by_powers.iter_mut().zip(present) {
                 coefficients.iter_mut().zip(c).for_each(|(sum, c)| *sum += c * power);
             }
             let factor = if j == 0 { 1.0 } else { 2.0 };
             let next = |k: usize| (if k > 0 { factor * present[k - 1] } else { 0.0 }) - last[k];
             (last, present) = (present, std::array::from_fn(next));
         }
-        self.cell = cell;
+        self.cells[0] = Cell { middle, coefficients: by_powers };
         Ok(())
     }
 }

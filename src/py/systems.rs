@@ -7,7 +7,7 @@ use super::forces::{Function, forces};
 use super::listening::listening;
 use super::rotations::matrices;
 use crate::dynamics::{State, System};
-use crate::environment::Loads;
+use crate::environment::Load;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
@@ -132,10 +132,9 @@ impl PySystem {
     fn outside<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>)> {
         let loads = listening(py, |patience| self.inner.outside(&state.inner, patience))?;
         let shape = [loads.len(), self.inner.bodies().len(), 3];
-        let all = |of: fn(&Loads) -> &Vec<Vec3>| {
-            loads.iter().flat_map(|l| of(l).iter().flatten().copied()).collect()
-        };
-        Ok((array(py, all(|l| &l.force), &shape)?, array(py, all(|l| &l.torque), &shape)?))
+        let all =
+            |of: fn(&Load) -> Vec3| loads.iter().flatten().flat_map(|load| of(load).data.0[0]).collect();
+        Ok((array(py, all(|load| load.force), &shape)?, array(py, all(|load| load.torque), &shape)?))
     }
 
     /// Positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
