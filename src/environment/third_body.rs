@@ -207,9 +207,8 @@ impl Pull {
             let inverse_square = inverse_square * square;
             if let Some(extended) = &mut body.extended {
                 let turn = &at.rotation;
-                let (excess, moment) = extended
-                    .at(&turned_back(turn, &from), inverse_square, cube)
-                    .ok_or_else(inside)?;
+                let (excess, moment) =
+                    extended.at(&turned_back(turn, &from), inverse_square, cube).ok_or_else(inside)?;
                 load.force -= turned(turn, &excess) * strength;
                 load.torque = moment * -strength;
             } else if inverse_square * body.radius * body.radius > 1.0 {
@@ -242,13 +241,14 @@ struct Powers {
 impl Powers {
     #[inline(always)]
     fn of(q: f64) -> Self {
-        // A third body is far from most systems: the series to the fifth power are then as good as the formulas.
-        if q.abs() < 5e-4 {
-            let (q2, q4) = (q * q, (q * q) * (q * q));
-            let f = (1.5 + 0.375 * q) + q2 * (-0.0625 + 0.0234375 * q) - 0.01171875 * q4;
-            let square = (1.0 - q) + q2 * (1.0 - q) + q4 * (1.0 - q);
-            let cube = (1.0 - 1.5 * q) + q2 * (1.875 - 2.1875 * q) + q4 * (2.4609375 - 2.70703125 * q);
-            return Self { f: q * f, square, cube };
+        // A third body is far from most systems: the series to the third power are then as good as the formulas.
+        if q.abs() < 1e-5 {
+            let f = q * (1.5 + q * (0.375 - 0.0625 * q));
+            return Self {
+                f,
+                square: 1.0 - q * (1.0 - q * (1.0 - q)),
+                cube: 1.0 - q * (1.5 - q * (1.875 - 2.1875 * q)),
+            };
         }
         let square = 1.0 / (1.0 + q);
         let root = (1.0 + q).sqrt();
