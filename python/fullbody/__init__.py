@@ -11,9 +11,10 @@ Examples
 
 import typing as _typing
 
-from . import events, forces, frames, observables, systems
+from . import ensembles, events, forces, frames, observables, systems
 from ._core import vector_paths
 from .base.version import version
+from .ensembles.sweep import sweep
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
@@ -110,6 +111,7 @@ __all__ = [
     "Verner98",
     "__version__",
     "binary",
+    "ensembles",
     "events",
     "forces",
     "frames",
@@ -120,6 +122,7 @@ __all__ = [
     "read_gubas",
     "read_sians",
     "read_toml",
+    "sweep",
     "systems",
     "to_rebound",
     "vector_paths",

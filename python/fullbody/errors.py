@@ -27,9 +27,12 @@ class FullbodyError(Exception):
     ----------
     run : Run or None
         The run until then, where an integration was cut short.
+    dataset : xarray.Dataset or None
+        The map until then, where a sweep was.
     """
 
     run: Any = None
+    dataset: Any = None
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
@@ -146,6 +149,7 @@ class UncheckedFile(UserWarning):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during an integration; ``run`` holds what was recorded until then."""
+    """Ctrl-C during an integration; ``run`` holds what was recorded until then, ``dataset`` the map of a sweep."""
 
     run: Any = None
+    dataset: Any = None
