@@ -6,9 +6,11 @@ use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Method, Pair, Pose};
 use fullbody::shape::Shape;
 use std::hint::black_box;
+use std::sync::Arc;
 
 fn pair(method: Method, tolerance: f64, path: VectorPath, pose: &Pose) -> Option<Pair> {
-    let body = |name, axes| Some(BodyGravity::new(name, &Shape::ellipsoid(axes).ok()?));
+    let store = Arc::default();
+    let body = |name, axes| Some(BodyGravity::new(name, &Shape::ellipsoid(axes).ok()?, &store));
     let (alpha, beta) = (body("Alpha", [0.766, 0.7475, 0.6735])?, body("Beta", [0.285, 0.2315, 0.1745])?);
     let mut pair = Pair::new(alpha, beta, method, tolerance, None, path.arch()?);
     pair.prepare(pose, 0.0).ok()?;

@@ -73,6 +73,8 @@ pub enum Error {
         time: f64,
         /// What went wrong.
         detail: String,
+        /// What its function answered instead of success, where that is what went wrong.
+        answer: Option<i32>,
     },
 
     /// The caller's hook asked to stop (Ctrl-C); the state stays at the last accepted step.

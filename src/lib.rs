@@ -15,6 +15,7 @@
 //! - [`dynamics`]: state, equations of motion, invariants.
 //! - [`integrate`]: integrators of ordinary differential equations; no physics.
 //! - [`trajectory`]: a system on its way: stepping, events, archive, record.
+//! - [`ensemble`]: many simulations over cores.
 //! - `py`: the Python bindings, no mathematics.
 
 #![deny(unsafe_code)]
@@ -32,5 +33,6 @@ pub mod environment;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;
+pub mod ensemble;
 #[cfg(feature = "python")]
 mod py;

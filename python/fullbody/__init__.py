@@ -14,6 +14,7 @@ import typing as _typing
 from . import ensembles, events, forces, frames, observables, systems
 from ._core import vector_paths
 from .base.version import version
+from .ensembles.many import integrate_many
 from .ensembles.sweep import sweep
 from .errors import (
     BodiesOverlap,
@@ -116,6 +117,7 @@ __all__ = [
     "forces",
     "frames",
     "from_rebound",
+    "integrate_many",
     "load",
     "observables",
     "plots",

@@ -1,6 +1,6 @@
 """The compiled core; use the package's own classes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -19,6 +19,7 @@ __all__ = [
     "cartesian_to_elements",
     "elements_to_cartesian",
     "exterior_gravity",
+    "integrate_many",
     "period",
     "quaternion_of_tait_bryan",
     "quaternion_product",
@@ -202,9 +203,8 @@ class Simulation:
     def integrate(
         self,
         until: float,
-        spacing: float | None,
-        times: _Array | None,
-        events: Sequence[tuple[Condition, int, bool]],
+        output: str | float | _Array | None,
+        watched: Sequence[tuple[Condition, int, bool]],
         dense: bool,
         progress: Callable[[float, float, float], Any] | None,
         autosave: tuple[float, Callable[[bytes], Any]] | None,
@@ -219,6 +219,23 @@ class Dense:
     def state(self, time: float) -> State: ...
     def states(self, times: _Array) -> dict[str, _Array]: ...
 
+_Member = tuple[
+    Any,
+    System,
+    State,
+    dict[str, Any],
+    float,
+    str | float | _Array | None,
+    Sequence[tuple[Condition, int, bool]],
+    bool,
+]
+
+def integrate_many(
+    members: Iterator[_Member],
+    take: Callable[[Any, dict[str, Any] | None, tuple[int, int, int] | None, float | None, BaseException | None], Any],
+    report: Callable[[int, float], Any] | None,
+    threads: int | None,
+) -> None: ...
 def tolerance(rtol: float, atol: float) -> tuple[float, float]: ...
 def exterior_gravity(body: Body, gravitational_constant: float, points: _Array) -> tuple[_Array, _Array]: ...
 def elements_to_cartesian(values: _Array, mu: float) -> tuple[_Array, _Array]: ...

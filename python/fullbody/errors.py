@@ -120,12 +120,15 @@ class ForceFailed(FullbodyError, RuntimeError):
         Its name.
     time : float
         When, in the system's units.
+    answer : int or None
+        What its compiled function answered, where that was not success.
     """
 
-    def __init__(self, message: str, force: str = "", time: float = float("nan")) -> None:
-        super().__init__(message, force, time)
+    def __init__(self, message: str, force: str = "", time: float = float("nan"), answer: int | None = None) -> None:
+        super().__init__(message, force, time, answer)
         self.force = force
         self.time = time
+        self.answer = answer
 
 
 class PrecisionWarning(UserWarning):
@@ -149,7 +152,18 @@ class UncheckedFile(UserWarning):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during an integration; ``run`` holds what was recorded until then, ``dataset`` the map of a sweep."""
+    """Ctrl-C during an integration.
+
+    Attributes
+    ----------
+    run : Run or None
+        What was recorded until then.
+    runs : list or None
+        The same of many integrations at once, as :func:`fullbody.integrate_many` describes it.
+    dataset : xarray.Dataset or None
+        The map of a sweep until then.
+    """
 
     run: Any = None
+    runs: Any = None
     dataset: Any = None

@@ -5,13 +5,14 @@ use crate::environment::{Environment, Force, Loads};
 use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
-use crate::mutual::{BodyGravity, Method, Pair, Pose};
+use crate::mutual::{BodyGravity, Method, Pair, Pose, Store};
 use crate::names::Named;
 use crate::patience::Patience;
 use crate::quadrature::Order;
 use crate::shape::{Body, growth};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The farthest separation, in the system's units and in sizes of a body, whose inverse cube is safely a double.
 const REACH: f64 = 1e100;
@@ -59,6 +60,7 @@ pub struct System {
     pub(super) settings: Settings,
     forces: Vec<Force>,
     arch: Arch,
+    store: Arc<Store>,
 }
 
 /// Forces (inertial), torques (body frames) and the potential energy of a state.
@@ -116,13 +118,19 @@ impl System {
         })?;
         // Focal and surface rules settle at round-off; below that there is nothing to gain.
         let settings = Settings { gravity_tolerance: tolerance.max(1e-16), ..settings };
-        Ok(Self { bodies, gravitational_constant, settings, forces: Vec::new(), arch })
+        let (forces, store) = (Vec::new(), Arc::default());
+        Ok(Self { bodies, gravitational_constant, settings, forces, arch, store })
     }
 
     /// The same with forces from outside, of distinct names.
     pub fn with_forces(self, forces: Vec<Force>) -> Result<Self> {
         Environment::new(&forces, &self.bodies, self.gravitational_constant)?;
         Ok(Self { forces, ..self })
+    }
+
+    /// The same with what its pairs need kept where other systems have it too.
+    pub fn sharing(self, store: Arc<Store>) -> Self {
+        Self { store, ..self }
     }
 
     /// The bodies.
@@ -260,7 +268,7 @@ impl System {
         for (force, loads) in self.forces.iter().zip(environment.loads()) {
             if !loads.force.iter().chain(&loads.torque).flatten().all(|value| value.is_finite()) {
                 let (force, detail) = (force.name().to_owned(), "it is not finite in this state".to_owned());
-                return Err(Error::ForceFailed { force, time: state.time, detail });
+                return Err(Error::ForceFailed { force, time: state.time, detail, answer: None });
             }
         }
         Ok(environment.loads().to_vec())
@@ -314,7 +322,7 @@ impl System {
     }
 
     pub(super) fn pair(&self, i: usize, j: usize) -> Pair {
-        let gravity = |body: &Body| BodyGravity::new(&body.name, &body.shape);
+        let gravity = |body: &Body| BodyGravity::new(&body.name, &body.shape, &self.store);
         let s = &self.settings;
         let (first, second) = (gravity(&self.bodies[i]), gravity(&self.bodies[j]));
         Pair::new(first, second, s.gravity, s.gravity_tolerance, s.order, self.arch)

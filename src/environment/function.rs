@@ -143,13 +143,15 @@ impl Called {
                 self.call.data as *mut c_void,
             )
         };
-        let failed =
-            |detail: String| Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail });
+        let failed = |detail: String, answer| {
+            Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail, answer })
+        };
         if answer != self.call.success {
-            return failed(format!("its function answers {answer}, where {} is success", self.call.success));
+            let detail = format!("its function answers {answer}, where {} is success", self.call.success);
+            return failed(detail, Some(answer));
         }
         if let Some(value) = self.loads.iter().find(|value| !value.is_finite()) {
-            return failed(format!("its function gives {value}; expected finite numbers"));
+            return failed(format!("its function gives {value}; expected finite numbers"), None);
         }
         let (force, torque) = self.loads.split_at(3 * bodies);
         for body in 0..bodies {
@@ -157,9 +159,9 @@ impl Called {
             loads.force[body].copy_from_slice(&force[at.clone()]);
             loads.torque[body].copy_from_slice(&torque[at]);
             if let (Some(name), true) = (&self.points[body], loads.torque[body] != Vec3::zeros()) {
-                return failed(format!(
-                    "its function gives a torque on {name}, a point, which nothing can turn"
-                ));
+                let detail =
+                    format!("its function gives a torque on {name}, a point, which nothing can turn");
+                return failed(detail, None);
             }
         }
         Ok(())

@@ -89,7 +89,9 @@ impl Turning {
     pub fn check(&self, name: &str, scene: &Scene, step: f64) -> Result<()> {
         let spin = scene.spin[self.on];
         let [along, across] = self.torques(&scene.inertial_spin(self.on));
-        let failed = |detail| Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail });
+        let failed = |detail| {
+            Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail, answer: None })
+        };
         if spin == Vec3::zeros() {
             return if along == 0.0 && across == 0.0 {
                 Ok(())

@@ -190,6 +190,7 @@ impl Pull {
                 force: name.to_owned(),
                 time: scene.time,
                 detail: format!("it comes inside {}", self.names[body]),
+                answer: None,
             };
             let inverse_square = inverse_square * square;
             if let Some(extended) = &mut self.extended[body] {
@@ -210,6 +211,7 @@ impl Pull {
                 force: name.to_owned(),
                 time: scene.time,
                 detail: "it comes as near to the barycentre as the largest body is wide".to_owned(),
+                answer: None,
             });
         }
         Ok(())

@@ -1,7 +1,8 @@
 //! The choice of a pair's rule, made between steps: by bounds where the bodies are well apart, by comparing rules where
 //! they are close, with hysteresis so that it does not flutter.
 
-use super::rule::{Carrier, Kernel, Rule, RuleMemory};
+use super::rule::{Kernel, Rule, RuleMemory};
+use super::store::Carrier;
 use super::{Interaction, Method, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::gravity::Near;

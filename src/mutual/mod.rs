@@ -11,12 +11,14 @@ mod method;
 mod multipole;
 mod pair;
 mod rule;
+mod store;
 mod surface;
 
 pub use method::Method;
 pub use multipole::Multipole;
 pub use pair::{BodyGravity, Pair};
 pub use rule::{Rule, RuleMemory};
+pub use store::Store;
 
 use crate::math::{Mat3, Vec3};
 

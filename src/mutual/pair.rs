@@ -1,12 +1,14 @@
 //! A pair of bodies with a method, evaluated with the rule in force.
 
-use super::rule::{Carrier, Kernel, NodeStore, Rule};
+use super::rule::{Kernel, NodeStore, Rule};
+use super::store::{Carrier, Store};
 use super::{Balance, Interaction, Method, Multipole, Pose, Roles, means, surface};
 use crate::gravity::{FarSeries, FieldKernel};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Order;
 use crate::shape::{Ellipsoid, Shape};
 use pulp::Arch;
+use std::sync::Arc;
 
 /// The part of a body's gravity that does not depend on the state.
 #[derive(Debug, Clone)]
@@ -14,17 +16,19 @@ pub struct BodyGravity {
     pub(super) name: String,
     pub(super) shape: Shape,
     canonical: Mat3,
-    pub(super) series: FarSeries,
+    pub(super) series: Arc<FarSeries>,
+    store: Arc<Store>,
 }
 
 impl BodyGravity {
-    /// Precomputes for a shape; the name is for errors.
-    pub fn new(name: &str, shape: &Shape) -> Self {
+    /// Precomputes for a shape what the store does not have yet; the name is for errors.
+    pub fn new(name: &str, shape: &Shape, store: &Arc<Store>) -> Self {
         let canonical = match shape {
             Shape::Ellipsoid(e) => e.canonical(),
             Shape::Point => Mat3::identity(),
         };
-        Self { name: name.to_owned(), shape: *shape, canonical, series: FarSeries::new(shape) }
+        let (series, store) = (store.series(shape), store.clone());
+        Self { name: name.to_owned(), shape: *shape, canonical, series, store }
     }
 
     pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
@@ -76,7 +80,9 @@ impl Pair {
             (Shape::Point, other) | (other, Shape::Point) => other.natural_unit(),
             (first, second) => first.natural_unit().max(second.natural_unit()),
         };
-        let scaled = |body: BodyGravity| BodyGravity::new(&body.name, &body.shape.scaled(1.0 / unit));
+        let scaled =
+            |body: BodyGravity| BodyGravity::new(&body.name, &body.shape.scaled(1.0 / unit), &body.store);
+        let nodes = NodeStore::new(first.store.clone());
         let bodies = [scaled(first), scaled(second)];
         let multipole = match method {
             Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
@@ -94,7 +100,7 @@ impl Pair {
             carriers,
             multipole,
             rule: None,
-            nodes: NodeStore::default(),
+            nodes,
         }
     }
 

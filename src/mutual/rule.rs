@@ -1,5 +1,6 @@
 //! The quadrature of a pair: which body is integrated over, with which nodes, in which form of the other's field.
 
+use super::store::{Carrier, Store};
 use crate::gravity::{FarCut, Near};
 use crate::quadrature::{Nodes, Order};
 use serde::{Deserialize, Serialize};
@@ -47,35 +48,24 @@ pub struct RuleMemory {
     pub valid_from: f64,
 }
 
-/// The points that stand for the body that is integrated over.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Carrier {
-    /// Its surface, by the potential: the paper's integrals.
-    Pressures,
-    /// Its surface, by the field; the semi-axes are in the canonical frame.
-    Surface([f64; 3]),
-    /// Its focal ellipse.
-    FocalEllipse,
-    /// Its centre: a sphere, whose focal ellipse has shrunk to it, or a point mass.
-    Centre,
+/// The nodes that a pair has had, by order.
+#[derive(Debug, Clone)]
+pub(super) struct NodeStore {
+    own: Vec<(Order, Carrier, Arc<Nodes>)>,
+    shared: Arc<Store>,
 }
 
-/// Nodes by order, each made once.
-#[derive(Debug, Clone, Default)]
-pub(super) struct NodeStore(Vec<(Order, Carrier, Arc<Nodes>)>);
-
 impl NodeStore {
+    pub(super) fn new(shared: Arc<Store>) -> Self {
+        Self { own: Vec::new(), shared }
+    }
+
     pub(super) fn get(&mut self, order: Order, carrier: Carrier) -> Arc<Nodes> {
-        if let Some((.., nodes)) = self.0.iter().find(|(o, c, _)| *o == order && *c == carrier) {
+        if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == carrier) {
             return nodes.clone();
         }
-        let nodes = Arc::new(match carrier {
-            Carrier::Pressures => Nodes::sphere(order),
-            Carrier::Surface(semi_axes) => Nodes::surface(order, semi_axes),
-            Carrier::FocalEllipse => Nodes::focal(order),
-            Carrier::Centre => Nodes::centre(),
-        });
-        self.0.push((order, carrier, nodes.clone()));
+        let nodes = self.shared.nodes(order, carrier);
+        self.own.push((order, carrier, nodes.clone()));
         nodes
     }
 }

@@ -22,7 +22,9 @@ impl From<Error> for PyErr {
             Error::StepSizeTooSmall { time, step, .. } => StepSizeTooSmall::new_err((text, time, step)),
             Error::NotConverged { .. } => NotConverged::new_err(text),
             Error::ChartSingularity { body, time, .. } => ChartSingularity::new_err((text, body, time)),
-            Error::ForceFailed { force, time, .. } => ForceFailed::new_err((text, force, time)),
+            Error::ForceFailed { force, time, answer, .. } => {
+                ForceFailed::new_err((text, force, time, answer))
+            }
             Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
         }
     }

@@ -5,7 +5,7 @@ use super::systems::PyState;
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::math::Vec3;
-use crate::trajectory::Condition;
+use crate::trajectory::{Condition, Event};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -23,9 +23,22 @@ pub enum PyCondition {
     Function { f: Py<PyAny> },
 }
 
+/// A condition with its direction and whether the run ends there.
+pub type Watched<'py> = (Bound<'py, PyCondition>, i8, bool);
+
+/// The core's events. The first exception of a function goes to `listener`.
+pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>) -> Vec<Event<'static>> {
+    let event = |(condition, direction, terminal): &Watched<'_>| Event {
+        condition: condition.get().condition(py, listener),
+        direction: *direction,
+        terminal: *terminal,
+    };
+    watched.iter().map(event).collect()
+}
+
 impl PyCondition {
     /// The core's condition. The first exception of a function goes to `listener`.
-    pub fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
+    fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
             Self::Contact { first, second } => Condition::Contact { first, second },

@@ -33,8 +33,12 @@ impl Listener {
 
     /// The exception of a call that failed: the one that was kept, or that of the error.
     pub fn explain(&self, error: Error) -> PyErr {
-        let kept = self.raised.lock().ok().and_then(|mut slot| slot.take());
-        kept.unwrap_or_else(|| error.into())
+        self.raised().unwrap_or_else(|| error.into())
+    }
+
+    /// The exception that was kept.
+    pub fn raised(&self) -> Option<PyErr> {
+        self.raised.lock().ok().and_then(|mut slot| slot.take())
     }
 }
 

@@ -4,6 +4,7 @@
 mod arrays;
 mod bodies;
 mod descriptions;
+mod ensembles;
 mod errors;
 mod events;
 mod forces;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::bodies::{PyBody, exterior_gravity};
+    #[pymodule_export]
+    use super::ensembles::integrate_many;
     #[pymodule_export]
     use super::events::PyCondition;
     #[pymodule_export]

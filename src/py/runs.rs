@@ -2,7 +2,7 @@
 
 use super::arrays::array;
 use super::descriptions::{from_python, to_python};
-use super::events::PyCondition;
+use super::events::{Watched, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
@@ -11,7 +11,7 @@ use crate::environment::BOOK;
 use crate::error::Error;
 use crate::integrate::Tolerance;
 use crate::math::Vec3;
-use crate::trajectory::{Dense, Event, Output, Progress, Run, Simulation, StopReason, Trajectory};
+use crate::trajectory::{Dense, Output, Progress, Run, Simulation, StopReason, Trajectory};
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -21,6 +21,26 @@ use std::time::{Duration, Instant};
 
 type RuleRow = (usize, usize, usize, usize, (usize, usize));
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// When samples are recorded: `None` for every step, `"ends"`, a spacing, or times (K,).
+#[derive(FromPyObject)]
+pub enum Sampling<'py> {
+    // First, since an array of one number passes for a number too.
+    Times(PyReadonlyArray1<'py, f64>),
+    Spacing(f64),
+    Named(Option<String>),
+}
+
+impl From<Sampling<'_>> for Output {
+    fn from(output: Sampling<'_>) -> Self {
+        match output {
+            Sampling::Spacing(spacing) => Self::Spacing(spacing),
+            Sampling::Times(times) => Self::Times(times.as_array().to_vec()),
+            Sampling::Named(None) => Self::Steps,
+            Sampling::Named(Some(_)) => Self::Ends,
+        }
+    }
+}
 
 /// The stepping object.
 #[pyclass(name = "Simulation", module = "fullbody._core")]
@@ -141,25 +161,15 @@ impl PySimulation {
         &mut self,
         py: Python<'py>,
         until: f64,
-        spacing: Option<f64>,
-        times: Option<PyReadonlyArray1<'py, f64>>,
-        events: Vec<(Bound<'py, PyCondition>, i8, bool)>,
+        output: Sampling<'py>,
+        watched: Vec<Watched<'py>>,
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
-        let output = match (spacing, times) {
-            (_, Some(times)) => Output::Times(times.as_array().to_vec()),
-            (Some(spacing), None) => Output::Spacing(spacing),
-            (None, None) => Output::Steps,
-        };
+        let output = output.into();
         let listener = Arc::new(Listener::default());
-        let watch = |(condition, direction, terminal): &(Bound<'py, PyCondition>, i8, bool)| Event {
-            condition: condition.get().condition(py, &listener),
-            direction: *direction,
-            terminal: *terminal,
-        };
-        let mut watched: Vec<_> = events.iter().map(watch).collect();
+        let mut events = events(py, &watched, &listener);
         let mut record = Trajectory::new(self.inner.system().bodies().len());
         let mut saved = Instant::now();
         let outcome = py.detach(|| {
@@ -181,10 +191,9 @@ impl PySimulation {
                     }
                 })
             };
-            let run = Run { output: &output, events: &mut watched, dense };
+            let run = Run { output: &output, events: &mut events, dense };
             self.inner.run(until, run, &mut record, &mut hook)
         });
-        drop(watched);
         let error = outcome.err().map(|error| listener.explain(error));
         Ok((arrays(py, record)?, error))
     }
@@ -243,7 +252,8 @@ pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64), Error> {
     Ok((tolerance.relative, tolerance.absolute))
 }
 
-fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
+/// What was recorded, as arrays by their names.
+pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
     let (k, n, f) = (record.len(), record.bodies, record.switched_off.len());
     let dict = PyDict::new(py);
     let shaped: [(&str, Vec<f64>, &[usize]); 7] = [

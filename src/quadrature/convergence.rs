@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Order of a product rule: Gauss points in one direction, equal angles in the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(from = "[usize; 2]", into = "[usize; 2]")]
 pub struct Order {
     /// Latitudes of the surface rule, radii of the focal rule.

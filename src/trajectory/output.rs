@@ -8,6 +8,8 @@ use std::cmp::Ordering;
 pub enum Output {
     /// At every accepted step.
     Steps,
+    /// At the start and the end.
+    Ends,
     /// At a spacing, start and end included.
     Spacing(f64),
     /// At exactly these times, in the direction of the run.
@@ -37,6 +39,10 @@ impl<'a> Times<'a> {
         let forward = until >= start;
         match output {
             Output::Steps => Ok(Self::Steps),
+            Output::Ends => {
+                let (step, count) = (until - start, u64::from(until != start));
+                Ok(Self::Spaced { start, step, end: until, next: 0, count })
+            }
             Output::Spacing(spacing) => {
                 if !(spacing.is_finite() && *spacing != 0.0) {
                     return Err(Error::invalid("output", spacing, "a finite spacing above zero, or times"));

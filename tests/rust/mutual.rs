@@ -9,6 +9,7 @@ use fullbody::quadrature::Order;
 use fullbody::shape::{Shape, contact_function};
 use proptest::prelude::*;
 use std::fmt::Display;
+use std::sync::Arc;
 
 /// Two ellipsoids.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +66,8 @@ impl Bodies {
 }
 
 fn pair(shapes: [Shape; 2], method: Method, tolerance: f64, order: Option<Order>, path: VectorPath) -> Pair {
-    let [a, b] = shapes;
-    let (a, b) = (BodyGravity::new("Alpha", &a), BodyGravity::new("Beta", &b));
+    let ([a, b], store) = (shapes, Arc::default());
+    let (a, b) = (BodyGravity::new("Alpha", &a, &store), BodyGravity::new("Beta", &b, &store));
     Pair::new(a, b, method, tolerance, order, path.arch().unwrap())
 }
 

@@ -1,4 +1,4 @@
-"""Many runs: maps over parameters."""
+"""Many runs at once, and maps over parameters."""
 
 from .parameters import Draws, Paired, draws, paired
 from .sweep import sweep

@@ -196,8 +196,7 @@ def _from_python(function: Any, name: str, ground: Ground) -> Call:
             if torques is not None:
                 take(torque)[:] = loads(torques, "torque")
         except BaseException as error:
-            made.raised = error
-            return 0
+            return made.kept(error)
         return _SUCCESS
 
     pointer = SIGNATURE(call)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, fields
+from itertools import count
 from math import cbrt, pi
-from threading import local
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..base.arguments import name_of, named_options, place, sequence
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from .bodies import Body
 
 __all__ = ["Call", "Force", "Ground", "forces_of", "rebuilt"]
+
+#: So many errors can be kept; below the answer for success.
+_ANSWERS = 2**30
 
 #: The kinds of forces by their names.
 KINDS: dict[str, type[Force]] = {}
@@ -35,27 +38,38 @@ class Ground:
         return self.bodies[index]._core(self.units, index)
 
 
-class Call(local):
-    """A function in C: its address, that of its data, and what keeps both; the last error of a Python function.
+class Call:
+    """A function in C: its address, that of its data, and what keeps both; errors of a function of Python.
 
-    Each thread has its own last error, since a system may run in several at once.
+    Such a function may run in many threads at once. Where it raises, it answers a number that no other error of it has,
+    and the number finds the error wherever the answer ends up.
     """
-
-    raised: BaseException | None = None
 
     def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
         self.address, self.data, self.keep, self.success = address, data, keep, success
+        self._raised: dict[int, BaseException] = {}
+        self._count = count()
+
+    def kept(self, error: BaseException) -> int:
+        """Keep an error; what to answer for it."""
+        answer = next(self._count) % _ANSWERS + 1
+        self._raised[answer] = error
+        return answer
+
+    def raised(self, answer: int | None) -> BaseException | None:
+        """Give back the error of an answer, if it has one."""
+        return None if answer is None else self._raised.pop(answer, None)
 
     def given(self) -> tuple[int, int, int, Any]:
         """What the core takes."""
         return (self.address, self.data, self.success, self.keep)
 
-    def is_lost(self, error: Exception) -> bool:
-        """Whether the error tells of an answer that a function of Python cannot give.
+    def is_lost(self, answer: int | None) -> bool:
+        """Whether an answer without an error is one that a function of Python does not give.
 
         Ctrl-C before its first line or after its last has taken the place of the answer.
         """
-        return self.success != 0 and f"where {self.success} is success" in str(error)
+        return self.success != 0 and answer is not None
 
 
 @named_options

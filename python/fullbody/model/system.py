@@ -403,9 +403,9 @@ class BaseSystem(Tabled):
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if not isinstance(error, ForceFailed) or call is None:
             return error
-        raised, call.raised = call.raised, None
+        raised = call.raised(error.answer)
         if raised is None:
-            return KeyboardInterrupt() if call.is_lost(error) else error
+            return KeyboardInterrupt() if call.is_lost(error.answer) else error
         if isinstance(raised, KeyboardInterrupt):
             return raised
         what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"

@@ -13,23 +13,24 @@ from ..base.units import Units
 from ..errors import InvalidInput
 from ..events import Event
 
-__all__ = ["Bar", "autosaving", "sampling", "watched"]
+__all__ = ["Bar", "Tally", "autosaving", "sampling", "watched"]
 
 
-def sampling(output: Any, units: Units) -> tuple[float | None, Any]:
-    """Spacing or times."""
-    if output is None:
-        return None, None
+def sampling(output: Any, units: Units) -> Any:
+    """When to record, as the core takes it: ``None``, ``"ends"``, a spacing, or times."""
+    expected = "a spacing above zero, or times"
+    if output is None or (isinstance(output, str) and output == "ends"):
+        return output
     if isinstance(output, bool):
-        raise InvalidInput(f"output is {output!r}; expected None, a spacing above zero, or times")
+        raise InvalidInput(f"output is {output!r}; expected None, 'ends', {expected}")
     values = units.strip(output, "time", "output")
     if values.ndim > 1:
         raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")
     if values.ndim == 1:
-        return None, values
+        return values
     if not values > 0.0:
-        raise InvalidInput(f"output is {output!r}; expected a spacing above zero, or times")
-    return float(values), None
+        raise InvalidInput(f"output is {output!r}; expected {expected}")
+    return float(values)
 
 
 def autosaving(autosave: Any) -> tuple[Path, float]:
@@ -54,6 +55,8 @@ def watched(events: Iterable[Event]) -> list[Event]:
 class Bar:
     """A progress bar as a context; gives what the core is to call, or ``None``."""
 
+    _layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
+
     def __init__(self, progress: Any) -> None:
         self._progress = progress
         self._bar: Any = None
@@ -71,17 +74,23 @@ class Bar:
             warnings.simplefilter("ignore", TqdmWarning)
             from tqdm.auto import tqdm
 
-        layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
         label = self._progress if isinstance(self._progress, str) else None
-        self._bar = tqdm(total=1.0, desc=label, bar_format=layout)
+        self._bar = tqdm(total=1.0, desc=label, bar_format=self._layout)
         return self._update
 
     def _update(self, start: float, time: float, end: float) -> None:
-        self._bar.n = (time - start) / (end - start)
         # The time of the system that passes in a second of the clock.
-        rate = abs(time - start) / max(self._bar.format_dict["elapsed"], 1e-9)
+        rate = abs(time - start) / self._elapsed
         self._end = f"t = {end:.6g}, {rate:.3g}/s"
-        self._bar.set_postfix_str(f"t = {time:.6g}, {rate:.3g}/s", refresh=False)
+        self._show((time - start) / (end - start), f"t = {time:.6g}, {rate:.3g}/s")
+
+    @property
+    def _elapsed(self) -> float:
+        return max(float(self._bar.format_dict["elapsed"]), 1e-9)
+
+    def _show(self, part: float, text: str) -> None:
+        self._bar.n = part
+        self._bar.set_postfix_str(text, refresh=False)
         self._bar.refresh()
 
     def __exit__(self, kind: object, *_: object) -> None:
@@ -90,3 +99,24 @@ class Bar:
                 self._bar.n = 1.0
                 self._bar.set_postfix_str(self._end, refresh=False)
             self._bar.close()
+
+
+class Tally(Bar):
+    """The same for many runs, of a known number or not; the core is to call it with those done and those under way."""
+
+    def __init__(self, progress: Any, total: int | None) -> None:
+        super().__init__(progress)
+        self._total = total
+        if total is None:
+            self._layout = "{desc}{elapsed}{postfix}"
+
+    def __enter__(self) -> Any:
+        report, total = super().__enter__(), self._total
+        if report is None or self._bar is not None:
+            return report
+        return lambda done, under_way: report(done, total, under_way)
+
+    def _update(self, done: int, under_way: float) -> None:  # type: ignore[override]
+        of = "" if self._total is None else f"/{self._total}"
+        self._end = f"{done}{of} runs, {(done + under_way) / self._elapsed:.3g}/s"
+        self._show((done + under_way) / (self._total or 1), self._end)

@@ -15,21 +15,21 @@ from .. import _core
 from ..base.arguments import named_options
 from ..base.atomic import as_path, content, replacing
 from ..base.units import scalar
-from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted, InvalidInput, caution
-from ..events import Event, Occurrence
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput, caution
+from ..events import Event
 from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
 from ..record import conserved
 from ..record.base import BaseRun
-from ..record.dense import Dense
-from ..record.integrators import Integrator, Verner98, rebuild
+from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from ..typing import Scalar
 from .doubts import of_start
-from .options import Bar, autosaving, sampling, watched
+from .options import Bar, autosaving
 from .run import RunVerbs
+from .task import Task, beginning
 
 __all__ = ["Run", "Simulation", "System"]
 
@@ -66,16 +66,10 @@ class Simulation:
     """
 
     def __init__(self, system: System, state: State, integrator: Integrator | None = None) -> None:
-        if not isinstance(system, System):
-            raise InvalidInput(f"system is {system!r}; expected a System")
-        integrator = Verner98() if integrator is None else integrator
-        if not isinstance(integrator, Integrator):
-            raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
+        start, integrator, described = beginning(system, state, integrator)
         self._system = system
         self._integrator = integrator
-        start = system._strip(state)
         with system._explaining(lambda: start, " at the start"):
-            described = integrator._describe(self._time_of_step)
             self._idle = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
         for doubt in of_start(system, start, integrator._tolerance):
             caution(doubt)
@@ -99,9 +93,6 @@ class Simulation:
             yield core
         finally:
             self._running = False
-
-    def _time_of_step(self, step: Any) -> float:
-        return self._system._units.number(step, "time", "step")
 
     @property
     def system(self) -> System:
@@ -218,7 +209,7 @@ class Simulation:
         Parameters
         ----------
         until : float or Quantity
-        output : None, float, Quantity or array_like
+        output : None, "ends", float, Quantity or array_like
         events : iterable of Event
         dense : bool
         progress : bool, str or callable
@@ -230,13 +221,7 @@ class Simulation:
         -------
         Run
         """
-        units = self._system._units
-        end = scalar(units.strip(until, "time", "until"), "until")
-        spacing, times = sampling(output, units)
-        if spacing is not None:
-            self._refuse_flood((end - self._core.time) / spacing, output)
-        events = watched(events)
-        conditions = [event._watched(self._system) for event in events]
+        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense)
         keep = None
         if autosave is not None:
             path, seconds = autosaving(autosave)
@@ -245,20 +230,9 @@ class Simulation:
             self.save(path)
         before = self._core.statistics
         with Bar(progress) as report, self._run() as core:
-            record, error = core.integrate(end, spacing, times, conditions, bool(dense), report, keep)
-        counts = Statistics(*(now - then for now, then in zip(self._core.statistics, before, strict=True)))
-        parts = ("start", "events", "dense", "stop_reason", "switched_off")
-        start, happened, solution, (reason, _), switched_off = (record.pop(name) for name in parts)
-        run = Run(self._system, record, counts, self._integrator)
-        run._start = None if start is None else np.array(start)
-        run.events = [
-            Occurrence(events[index], units.attach(time, "time"), self._system._state(state))
-            for index, time, state in happened
-        ]
-        run.dense = None if solution is None else Dense(self._system, solution)
-        run.stop_reason = reason
-        off = zip(self._system.forces, switched_off, strict=True)
-        run.switched_off = {force.name: times for force, times in off if times is not None}
+            record, error = core.integrate(task.until, task.output, task.conditions, task.dense, report, keep)
+        counts = (now - then for now, then in zip(self._core.statistics, before, strict=True))
+        run = task.run(Run, record, counts)
         if autosave is not None:
             try:
                 self.save(path)
@@ -267,29 +241,8 @@ class Simulation:
                 error = unwritten if error is None else error
         if error is None:
             return run
-        error = self._system._caused(error)
-        if isinstance(error, KeyboardInterrupt):
-            interrupted = Interrupted(f"interrupted at time {self._core.time}; the run so far is in .run")
-            # This holds too where Ctrl-C came within a function of the caller's.
-            run.stop_reason = "interrupted"
-            interrupted.run = run
-            raise interrupted from None
-        if isinstance(error, BodiesOverlap):
-            error = self._system._explained(error, None)
-        # Nothing is lost: whatever cut the run short carries what there is of it.
-        with contextlib.suppress(AttributeError):
-            error.run = run  # type: ignore[attr-defined]
-        raise error
-
-    def _refuse_flood(self, count: float, output: Any) -> None:
-        """Refuse more samples than a computer holds, rather than have the system end the process."""
-        size = abs(count) * 8.0 * (13 * len(self._system) + 8)
-        most = 2.0**34
-        if size > most:
-            raise InvalidInput(
-                f"output is {output!r}, which asks for {abs(count):.3g} samples ({size / 1e9:.3g} GB); "
-                f"expected a spacing with fewer than {abs(count) * most / size:.3g}"
-            )
+        failed = task.failed(error, run, self._core.time)
+        raise failed from failed.__cause__
 
     def save(self, path: Any) -> None:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
@@ -409,9 +362,9 @@ class System(BaseSystem):  # noqa: D101
         state : State
         until : float, Quantity or text with a unit
             End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
-        output : None, float, Quantity or array_like
-            ``None``: every accepted step. A number: that spacing, start and end included. An array: exactly those
-            times; an empty one records nothing but events (and ``dense``).
+        output : None, "ends", float, Quantity or array_like
+            ``None``: every accepted step. ``"ends"``: the start and the end. A number: that spacing, start and end
+            included. An array: exactly those times; an empty one records nothing but events (and ``dense``).
         integrator : Integrator, optional
             :class:`fullbody.Verner98` unless given.
         events : iterable of Event

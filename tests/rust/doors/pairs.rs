@@ -5,6 +5,7 @@ use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
 use fullbody::shape::{Shape, contact_function};
+use std::sync::Arc;
 
 /// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's own largest semi-axis.
 const AGREEMENT: f64 = 3e-14;
@@ -110,7 +111,8 @@ pub fn check(bytes: &[u8]) {
 }
 
 fn evaluate(shapes: [Shape; 2], method: Method, pose: &Pose) -> Result<(Interaction, f64)> {
-    let [a, b] = [BodyGravity::new("A", &shapes[0]), BodyGravity::new("B", &shapes[1])];
+    let store = Arc::default();
+    let [a, b] = [BodyGravity::new("A", &shapes[0], &store), BodyGravity::new("B", &shapes[1], &store)];
     let mut pair = Pair::new(a, b, method, 1e-14, None, VectorPath::Auto.arch().expect("a path"));
     pair.prepare(pose, 0.0)?;
     Ok((pair.interaction(pose), pair.potential_energy(pose)))
