@@ -17,7 +17,7 @@ from ..base.atomic import as_path, content, replacing
 from ..base.units import need
 from ..errors import FullbodyError, InvalidInput
 from ..files import seal
-from ..files.netcdf import SUFFIXES
+from ..files.netcdf import SUFFIXES, sealed
 from .identity import digest
 from .work import Failure, Measured, Outcome
 
@@ -214,11 +214,8 @@ class Store:
         """Turn the chunks into the map, where the path is one's; the map as it is in the file."""
         if not self._of_map:
             return found
-        whole = BytesIO()
-        found.assign_attrs({ATTRIBUTE: json.dumps(self._manifest)}).to_netcdf(whole, engine="h5netcdf")
-        whole.write(seal.seal(whole))
         with replacing(self.path) as temporary:
-            temporary.write_bytes(whole.getbuffer())
+            temporary.write_bytes(sealed(found.assign_attrs({ATTRIBUTE: json.dumps(self._manifest)}), {}))
         for file in (*self.folder.glob("*.npz"), self.folder / _MANIFEST):
             file.unlink(missing_ok=True)
         # What others have put there stays, and an open file does so on Windows.

@@ -25,6 +25,10 @@ __all__ = ["Failure", "Job", "Measured", "Outcome", "Rows", "work", "work_sent"]
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
 
 
+#: Of a row alone; Ctrl-C is of the whole sweep.
+_FAILURES = (Exception, SystemExit)
+
+
 @dataclass(frozen=True, slots=True)
 class Measured:
     """Numbers (any shape) with the name of their unit, or a text."""
@@ -87,7 +91,7 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome]) -> None:
         try:
             ends[row] = _end(job.until, parameters)
             members[row] = _member(job, row, parameters)
-        except Exception as error:
+        except _FAILURES as error:
             outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
     try:
         runs = integrate_many(
@@ -134,7 +138,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         return Outcome(row, {}, failure)
     try:
         return Outcome(row, _measured(job.measure(run)), failure)
-    except Exception as error:
+    except _FAILURES as error:
         # What ended the run came first.
         return Outcome(row, {}, failure or Failure.of(error, "measure"))
 
