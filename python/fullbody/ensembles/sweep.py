@@ -18,10 +18,6 @@ from ..errors import FullbodyError, Interrupted, InvalidInput
 from ..events import Event
 from ..motion.options import watched
 from ..record.integrators import Integrator, Verner98
-from . import identity
-from . import store as stores
-from .dataset import dataset
-from .executors import here, submitted
 from .parameters import RNG, Plan, chunks, columns_of, plan
 from .work import Job, Outcome, ordered
 
@@ -136,6 +132,11 @@ def sweep(
     """
     with need("data", "a sweep"):
         import xarray  # noqa: F401
+    # Most sessions have no sweep, and are spared the time to import these.
+    from . import store as stores
+    from .dataset import dataset
+    from .executors import here, submitted
+
     for name, function in (("setup", setup), ("measure", measure)):
         if not callable(function):
             raise InvalidInput(f"{name} is {function!r}; expected a function")
@@ -232,8 +233,10 @@ def _count(value: Any, what: str) -> int:
     return number
 
 
-def _manifest(job: Job, rows: Plan) -> stores.Manifest:
-    """What the sweep is, by names for people."""
+def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
+    """What the sweep is: digests by names for people."""
+    from . import identity
+
     told = {
         "version of fullbody": version(),
         "version of numpy": np.__version__,
