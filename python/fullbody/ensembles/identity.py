@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import dis
 import functools
 import hashlib
@@ -149,8 +150,9 @@ class _Digest:
                 self._feed(value)
 
     def _pickled(self, thing: Any) -> None:
+        reduce = copyreg.dispatch_table.get(type(thing))
         try:
-            reduced = thing.__reduce_ex__(4)
+            reduced = thing.__reduce_ex__(4) if reduce is None else reduce(thing)
         except Exception as error:
             raise InvalidInput(
                 f"{thing!r} cannot be told from another of the type {type(thing).__qualname__}, so that a change would "
