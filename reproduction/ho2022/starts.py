@@ -73,8 +73,8 @@ def fission(case: str, mass_ratio: float, tilt: float, gravity: str = "focal") -
 def spin_limit(axes: _Axes, density: float) -> float:
     """The rate, rad/h, at which dust at the end of an ellipsoid's long axis weighs nothing: sqrt(2 pi G rho A1).
 
-    Semi-axes in km, the density in kg/km^3. A1 = 2/3 a b c R_D(b^2, c^2, a^2) is the index symbol of that axis (Chandrasekhar 1969): the attraction there is
-    2 pi G rho A1 a.
+    Semi-axes in km, the density in kg/km^3. A1 = 2/3 a b c R_D(b^2, c^2, a^2) is the index symbol of that axis
+    (Chandrasekhar 1969): the attraction there is 2 pi G rho A1 a.
     """
     a, b, c = axes
     symbol = 2 / 3 * a * b * c * elliprd(b * b, c * c, a * a)

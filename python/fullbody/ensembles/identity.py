@@ -47,7 +47,7 @@ def parts(function: Any) -> dict[str, str]:
     """The digests of a function and of each thing that it uses, by a name for people."""
     if not isinstance(function, types.FunctionType) or not _is_users(function):
         return {"": digest(function)}
-    found = {"": digest((function.__code__, function.__defaults__, function.__kwdefaults__))}
+    found = {"": digest((_code(function), function.__defaults__, function.__kwdefaults__))}
     return found | {name: digest(value) for name, value in _used(function)}
 
 
@@ -121,7 +121,7 @@ class _Digest:
             self._say("named", thing.__module__, thing.__qualname__)
         elif isinstance(thing, types.FunctionType):
             self._say("function")
-            self._feed((thing.__code__, thing.__defaults__, thing.__kwdefaults__))
+            self._feed((_code(thing), thing.__defaults__, thing.__kwdefaults__))
             for name, value in _used(thing):
                 self._say(name)
                 self._feed(value)
@@ -169,6 +169,13 @@ class _Digest:
         self._say(code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
         self._say(code.co_exceptiontable)
         self._feed(code.co_consts)
+
+
+def _code(function: types.FunctionType) -> types.CodeType:
+    """The code of a function, without its docstring."""
+    code = function.__code__
+    documented = function.__doc__ is not None and code.co_consts[:1] == (function.__doc__,)
+    return code.replace(co_consts=(None, *code.co_consts[1:])) if documented else code
 
 
 def _is_users(thing: Any) -> bool:

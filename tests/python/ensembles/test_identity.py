@@ -48,6 +48,8 @@ def test_where_a_function_stands_does_not_count():
         "    return", "    # Another.\n    return"
     )
     assert digest(source(moved, LIMIT=1.0)) == digest(source(BASE, LIMIT=1.0, unused=5))
+    documented = BASE.replace("    return", '    """What it is."""\n    return')
+    assert digest(source(documented, LIMIT=1.0)) == digest(source(documented.replace("is", "was"), LIMIT=1.0))
 
 
 @pytest.mark.parametrize(
