@@ -7,6 +7,7 @@ use fullbody::mutual::{BodyGravity, Pair, Pose};
 use fullbody::names::Named;
 use fullbody::shape::Shape;
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,8 +17,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let arch = VectorPath::named(path)?.arch().ok_or("this machine lacks that path")?;
     let count: u32 = count.parse()?;
-    let alpha = BodyGravity::new("Alpha", &Shape::ellipsoid([0.766, 0.7475, 0.6735])?);
-    let beta = BodyGravity::new("Beta", &Shape::ellipsoid([0.285, 0.2315, 0.1745])?);
+    let store = Arc::default();
+    let alpha = BodyGravity::new("Alpha", &Shape::ellipsoid([0.766, 0.7475, 0.6735])?, &store);
+    let beta = BodyGravity::new("Beta", &Shape::ellipsoid([0.285, 0.2315, 0.1745])?, &store);
     let pose = Pose {
         separation: Vec3::new(2.0, 1.2, 0.9),
         rotation_first: rotation::tait_bryan_matrix([0.2, -0.35, 0.9]),

@@ -3,7 +3,7 @@
 use super::{Answer, Member};
 use crate::error::{Error, Result};
 use crate::mutual::Store;
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadBuilder, ThreadPoolBuilder};
 use std::any::Any;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -28,7 +28,7 @@ pub struct Progress {
     pub under_way: f64,
 }
 
-/// Who wants the runs. All of it is called in the caller's own thread.
+/// Who wants the runs. All but [`Self::thread`] is called in the caller's own thread.
 pub trait Caller {
     /// What the caller knows a member by.
     type Tag: Send;
@@ -41,6 +41,11 @@ pub trait Caller {
 
     /// Whether to go on, asked about every 25 ms and after the last answer.
     fn proceed(&mut self, progress: Progress) -> ControlFlow<()>;
+
+    /// The life of a thread that runs members, in itself.
+    fn thread(life: ThreadBuilder) {
+        life.run();
+    }
 }
 
 /// Runs all members of a caller in so many threads, or in as many as the machine runs at once.
@@ -55,8 +60,7 @@ pub fn run<C: Caller>(caller: &mut C, threads: Option<NonZeroUsize>) -> Result<(
         parts: (0..threads).map(|_| AtomicU64::new(0)).collect(),
     };
     let pool = ThreadPoolBuilder::new().num_threads(threads);
-    let done = pool
-        .build_scoped(|thread| thread.run(), |pool| pool.in_place_scope(|scope| crew.serve(caller, scope)));
+    let done = pool.build_scoped(C::thread, |pool| pool.in_place_scope(|scope| crew.serve(caller, scope)));
     match done {
         Ok(None) => Ok(()),
         Ok(Some(panic)) => resume_unwind(panic),

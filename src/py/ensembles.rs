@@ -8,6 +8,7 @@ use super::systems::{PyState, PySystem};
 use crate::ensemble::{Answer, Caller, Member, Progress, run};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator};
+use rayon::ThreadBuilder;
 use std::cell::Cell;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -115,6 +116,11 @@ impl Caller for Asking {
             report.map_or(Ok(()), |report| report.call1(py, (progress.done, progress.under_way)).map(drop))
         });
         if self.stopped.get() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Known to Python as one thread, which otherwise would be a new one in each function that it calls.
+    fn thread(life: ThreadBuilder) {
+        Python::attach(|py| py.detach(|| life.run()));
     }
 }
 

@@ -34,6 +34,20 @@ def test_output_spacing_does_not_add_up_round_off():
     assert time[-1] == 15.0
 
 
+def test_output_ends_is_start_and_end():
+    start = STATE.replace(time=5.0)
+    for until in (15.0, -5.0):
+        ends, every = SYSTEM.integrate(start, until, output="ends"), SYSTEM.integrate(start, until)
+        assert ends.time.tolist() == [5.0, until]
+        assert (ends[0], ends[-1]) == (every[0], every[-1])
+        assert ends.statistics == every.statistics
+    assert SYSTEM.integrate(start, 5.0, output="ends").time.tolist() == [5.0]
+    crossing = fullbody.events.Function(lambda s: s.time - 7.0, terminal=True)
+    assert SYSTEM.integrate(start, 15.0, output="ends", events=[crossing]).time == pytest.approx([5.0, 7.0], abs=1e-12)
+    with pytest.raises(fullbody.InvalidInput, match="output is 'end'"):
+        SYSTEM.integrate(start, 15.0, output="end")
+
+
 def test_output_array_is_exactly_those_times():
     times = np.array([0.3, np.pi, 7.123456789, 9.0])
     run = SYSTEM.integrate(STATE, 10.0, output=times)

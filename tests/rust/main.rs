@@ -2,6 +2,7 @@
 mod contact;
 mod doors;
 mod dynamics;
+mod ensemble;
 mod environment;
 mod gravity;
 mod integrators;

@@ -106,7 +106,8 @@ def integrate_many(
     many = _Many(members, until, output, integrator, watched(events), dense)
     try:
         with Tally(progress, many.total) as report:
-            _core.integrate_many(many.given(), many.take, report, threads)
+            counted = report and (lambda done, under_way: report(done + many.refused, under_way))
+            _core.integrate_many(many.given(), many.take, counted, threads)
         many.warn()
     except BaseException as error:
         many.fill()
@@ -141,8 +142,9 @@ class _Many:
         self._until, self._integrator = until, integrator
         self._output, self._events, self._dense = output, events, dense
         self.answers: list[Any] = []
-        self._doubts: list[tuple[int, str]] = []
-        self._doubtful = 0
+        #: How many were no members at all.
+        self.refused = 0
+        self._doubts: dict[int, str] = {}
 
     def given(self) -> Iterator[Any]:
         """The members as the core takes them; those that are none have their errors at once."""
@@ -155,27 +157,25 @@ class _Many:
                 given = self._prepared(index, *parts)
             except Exception as error:
                 self.answers[index] = error
+                self.refused += 1
                 continue
             yield given
 
     def _prepared(self, index: int, member: Any, until: Any, integrator: Integrator | None) -> Any:
-        try:
-            system, state = member
-        except (TypeError, ValueError) as error:
-            raise InvalidInput(f"member {index} is {member!r}; expected (system, state)") from error
+        if not isinstance(member, tuple | list) or len(member) != 2:
+            raise InvalidInput(f"member {index} is {member!r}; expected (system, state)")
+        system, state = member
         start, integrator, described = beginning(system, state, integrator)
         task = Task(system, integrator, start.time, until, self._output, self._events, self._dense)
-        doubt = next(of_start(system, start, integrator._tolerance), None)
-        if doubt is not None:
-            self._doubtful += 1
-            self._doubts = self._doubts or [(index, doubt)]
-        tag = (index, task, system, start)
+        tag = (index, task, system, start, integrator)
         return tag, system._core, start, described, task.until, task.output, task.conditions, task.dense
 
     def take(self, tag: Any, record: Any, counts: Any, time: Any, error: BaseException | None) -> None:
         """Keep what became of a member."""
-        index, task, system, start = tag
+        index, task, system, start, integrator = tag
         if record is not None:
+            if (doubt := next(of_start(system, start, integrator._tolerance), None)) is not None:
+                self._doubts[index] = doubt
             run = task.run(Run, record, counts)
             if error is None:
                 self.answers[index] = run
@@ -202,10 +202,10 @@ class _Many:
 
     def warn(self) -> None:
         """Warn of doubtful starts."""
-        for index, doubt in self._doubts:
-            caution(
-                f"the starts of {self._doubtful} of {len(self.answers)} members are doubtful; member {index}: {doubt}"
-            )
+        if self._doubts:
+            first = min(self._doubts)
+            count = f"the starts of {len(self._doubts)} of {len(self.answers)} members are doubtful"
+            caution(f"{count}; member {first}: {self._doubts[first]}")
 
 
 def _is_sequence(value: Any) -> bool:

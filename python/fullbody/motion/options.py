@@ -102,7 +102,7 @@ class Bar:
 
 
 class Tally(Bar):
-    """The same for many runs, of a known number or not; the core is to call it with those done and those under way."""
+    """The same for many runs, of a known number or not; to be called with those done and those under way."""
 
     def __init__(self, progress: Any, total: int | None) -> None:
         super().__init__(progress)

@@ -1,0 +1,398 @@
+"""Many runs in one call: each equal to a single one, none lost, and none in the way of another."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import warnings
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import InvalidInput, State, events, integrate_many
+from fullbody.forces import Function, Tide
+from support import points
+
+SYSTEM, STATE = fullbody.systems.case1()
+THREADS = [1, 2, 5]
+
+
+def spheres(speed=0.0, **options):
+    """Two spheres, 4 between their surfaces, the second one on its way to the first or from it."""
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=0.1, name=name) for name in ("A", "B")]
+    state = State([[0, 0, 0], [6, 0, 0]], [[0, 0, 0], [speed, 0, 0]])
+    return fullbody.System(bodies, G=1.0, **options), state
+
+
+def single(member, *args, **kwargs):
+    """What the run of one member gives or raises."""
+    system, state = member
+    try:
+        return system.integrate(state, *args, **kwargs)
+    except (Exception, fullbody.Interrupted) as error:
+        return error
+
+
+def alike(one, other):
+    """Whether two answers are the same bit for bit."""
+    if isinstance(one, BaseException):
+        same = type(one) is type(other) and str(one) == str(other)
+        return same and (one.run is other.run is None or alike(one.run, other.run))
+    same = one == other and one.integrator == other.integrator
+    return same and all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("energy", "spin"))
+
+
+def mixed():
+    """Members of many kinds, some of which fail."""
+    kw4, state = fullbody.systems.kw4(units=True)
+    tide = Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+    return [
+        (SYSTEM, STATE),
+        (kw4, state),
+        fullbody.systems.case2(),
+        (fullbody.systems.kw4()[0].with_forces([tide]), fullbody.systems.kw4()[1]),
+        spheres(-1.0),
+        fullbody.systems.kw4(gravity="surface", attitude_chart="tait_bryan"),
+        spheres(0.3),
+        (SYSTEM, STATE.replace(time=3.0)),
+    ]
+
+
+@pytest.mark.parametrize("threads", THREADS)
+@pytest.mark.parametrize("integrator", [fullbody.Verner98(1e-10, 1e-10), fullbody.SymplecticSplitting(step=0.02)])
+def test_each_equals_a_single_run_bit_for_bit(threads, integrator):
+    options = {"output": 1.5, "integrator": integrator, "events": [events.Contact(), events.Separation(value=7.5)]}
+    # With units and without, lengths are plain numbers in each system's own.
+    expected = [single(member, 20.0, dense=True, **options) for member in mixed()]
+    answers = integrate_many(mixed(), 20.0, dense=True, threads=threads, **options)
+    assert all(map(alike, answers, expected))
+    kinds = [type(answer).__name__ for answer in answers]
+    # Fixed steps refuse the tide and the angles.
+    varied = ["Run"] if isinstance(integrator, fullbody.Verner98) else ["InvalidInput"]
+    assert kinds == ["Run"] * 3 + varied + ["BodiesOverlap"] + varied + ["Run"] * 2
+    assert sum(len(answer.events) for answer in answers if isinstance(answer, fullbody.Run)) > 0
+    time = answers[0].time[3] + 0.1
+    assert answers[0](time) == expected[0](time)
+
+
+@pytest.mark.parametrize("output", [None, "ends", [], [1.0, 2.5], np.array([3.0])])
+def test_what_is_kept_is_what_was_asked_for(output):
+    runs = integrate_many([(SYSTEM, STATE)] * 3, 3.0, output=output)
+    alone = SYSTEM.integrate(STATE, 3.0, output=output)
+    assert runs == [alone] * 3
+    count = {"ends": 2}.get(output, len(alone)) if isinstance(output, str | None) else len(output)
+    assert [len(values) for values in runs[0]._record.values()] == [count] * len(runs[0]._record)
+    assert not hasattr(runs[0], "_core")
+
+
+def test_answers_are_in_the_order_of_the_members():
+    """The first ones take longest."""
+    until = [200.0, 100.0, 20.0, 2.0, 1.0, 0.5] * 3
+    runs = integrate_many([(SYSTEM, STATE)] * 18, until, output="ends", threads=5)
+    assert [run.time[-1] for run in runs] == until
+
+
+def test_one_end_and_one_integrator_for_each():
+    u = pytest.importorskip("astropy.units")
+    system, state = fullbody.systems.kw4(units=True)
+    integrators = [None, fullbody.Verner65(1e-6), fullbody.LieGroupVariational(step=3 * u.min)]
+    for until in ([1.0, "0.5 day", 3 * u.h], (1.0, 12.0, 3.0), [1.0, 12.0, 3.0] * u.h):
+        runs = integrate_many([(system, state)] * 3, until, "ends", integrators)
+        assert [float(run.time[-1].value) for run in runs] == [1.0, 12.0, 3.0]
+        assert [run.integrator for run in runs] == [fullbody.Verner98(), *integrators[1:]]
+    # Of a generator the number is not known before it is a list.
+    runs = integrate_many(((system, state) for _ in range(3)), [1.0, 2.0, 3.0] * u.h, "ends")
+    assert len(runs) == 3
+    assert integrate_many([], [], integrator=[]) == []
+    with pytest.raises(InvalidInput, match="until has 2 values; expected one, or 3, one for each member"):
+        integrate_many([(system, state)] * 3, [1.0, 2.0])
+    with pytest.raises(InvalidInput, match="integrator has 4 values; expected one, or 3, one for each member"):
+        integrate_many(((system, state) for _ in range(3)), 1.0, integrator=[None] * 4)
+
+
+# Members that fail.
+
+
+def test_each_failure_is_the_answer_of_its_own_member():
+    disc = fullbody.Ellipsoid(1.0, 1.0, 0.02)
+    rims = fullbody.System([fullbody.Body(disc, mass=1.0, name=name) for name in ("A", "B")], G=1.0)
+    rest = np.zeros((2, 3))
+    members = {
+        "ends": (SYSTEM, STATE),
+        "collides": spheres(-1.0),
+        "overlaps": (spheres()[0], State([[0, 0, 0], [1.5, 0, 0]], rest)),
+        "does not converge": (rims, State([[0, 0, 0], [0, 0, 0.05]], rest)),
+        "falls": (points(1.0, 3.0), State([[0, 0, 0], [1.5, 0, 0]], rest)),
+        "is no pair": SYSTEM,
+        "is no system": (STATE, SYSTEM),
+        "is no state": (SYSTEM, "state"),
+        "has another state": (SYSTEM, State([[0, 0, 0]], [[0, 0, 0]])),
+        "is not finite": (SYSTEM, STATE),
+        "has no units": (SYSTEM, STATE),
+        "ends too": (SYSTEM, STATE),
+    }
+    until = [3.0 if kind == "does not converge" else 9.0 for kind in members]
+    until[9:11] = [np.nan, "3 days"]
+    answers = dict(zip(members, integrate_many(list(members.values()), until, output=1.0), strict=True))
+    errors = {kind: answer for kind, answer in answers.items() if isinstance(answer, Exception)}
+    assert answers["ends"] == answers["ends too"] == SYSTEM.integrate(STATE, 9.0, output=1.0)
+    assert {kind: type(error).__name__ for kind, error in errors.items()} == {
+        "collides": "BodiesOverlap",
+        "overlaps": "BodiesOverlap",
+        "does not converge": "NotConverged",
+        "falls": "StepSizeTooSmall",
+        **dict.fromkeys(list(members)[5:11], "InvalidInput"),
+    }
+    for kind, end in zip(members, until, strict=True):
+        if kind in errors and kind not in ("is no pair", "is no system"):
+            alone = single(members[kind], end, output=1.0)
+            assert str(errors[kind]) == str(alone), kind
+    # The surfaces touch after 4 lengths at a speed of 1 and what the fall adds; the run so far is there.
+    way = np.linspace(2.0, 6.0, 4001)
+    fall = np.trapezoid(1.0 / np.sqrt(1.0 + 2 * 0.2 * (1 / way - 1 / 6)), way)
+    assert errors["collides"].time == pytest.approx(fall, abs=1e-6)
+    assert errors["collides"].run.time.tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert errors["collides"].run.stop_reason == "unfinished"
+    assert "at the start" in str(errors["overlaps"])
+    assert errors["overlaps"].run is None
+    assert str(errors["is no pair"]).startswith("member 5 is System(")
+
+
+def test_an_event_that_does_not_fit_a_member():
+    """Places and names are looked for in each system."""
+    answers = integrate_many([spheres(), (SYSTEM, STATE)], 1.0, events=[events.Contact("A", "B")])
+    assert [type(answer).__name__ for answer in answers] == ["Run", "Run"]
+    kw4 = fullbody.systems.kw4()
+    answers = integrate_many([spheres(), kw4], 1.0, events=[events.Contact("Alpha", "Beta")])
+    assert [type(answer).__name__ for answer in answers] == ["InvalidInput", "Run"]
+    assert "expected one of A, B" in str(answers[0])
+
+
+def member_of(number):
+    """A member whose first body has this x-coordinate."""
+    state = STATE.replace(position=np.add(STATE.position, [number, 0, 0]))
+    return SYSTEM, state
+
+
+class Trouble(Exception):
+    """Of a caller's own."""
+
+
+@pytest.mark.parametrize("threads", THREADS)
+def test_events_with_functions_from_all_threads(threads):
+    """Each one's exception goes to the member that it was raised for."""
+    inside = set()
+
+    def f(state):
+        inside.add(threading.get_ident())
+        number = round(float(state.position.mean(axis=0)[0]))
+        if state.time > 3.0 and number % 3 == 1:
+            raise Trouble(number)
+        return state.time - number
+
+    event = events.Function(f, terminal=True)
+    answers = integrate_many([member_of(k) for k in range(12)], 5.5, events=[event], threads=threads)
+    assert len(inside) <= threads
+    assert threading.get_ident() not in inside
+    for number, answer in enumerate(answers):
+        if number % 3 == 1 and number > 3:
+            assert type(answer) is Trouble
+            assert answer.args == (number,)
+            assert 0.0 < answer.run.time[-1] < 5.5
+        else:
+            assert answer.stop_reason == ("end" if number in (0, *range(6, 12)) else "event")
+            assert alike(answer, single(member_of(number), 5.5, events=[event]))
+
+
+@pytest.mark.parametrize("threads", THREADS)
+def test_forces_that_are_functions_of_python_from_all_threads(threads):
+    """One system for all: each error has its own cause, and the values are those of a single run."""
+
+    def wind(time, state):
+        number = round(float(state.position.mean(axis=0)[0]))
+        if time > 1.0 and number % 2:
+            raise Trouble(number)
+        return -1e-3 * state.velocity
+
+    windy = SYSTEM.with_forces([Function(wind)])
+    members = [(windy, member_of(k)[1]) for k in range(8)]
+    answers = integrate_many(members, 2.0, threads=threads)
+    for number, (member, answer) in enumerate(zip(members, answers, strict=True)):
+        assert alike(answer, single(member, 2.0))
+        if number % 2:
+            assert type(answer) is fullbody.ForceFailed
+            assert answer.__cause__.args == (number,)
+            assert answer.run.time[-1] <= 1.0
+        else:
+            assert answer.work["wind"][-1] < 0.0
+
+
+# The caller's own side.
+
+
+def test_a_generator_is_asked_as_members_are_needed():
+    taken, seen = [], []
+
+    def endless():
+        while True:
+            taken.append(len(taken))
+            yield SYSTEM, STATE
+
+    def report(done, total, under_way):
+        seen.append(total)
+        if done >= 20:
+            raise Trouble
+
+    with pytest.raises(Trouble) as caught:
+        integrate_many(endless(), 5.0, output="ends", progress=report, threads=2)
+    # Some that were waiting may have gone through before the function was asked.
+    runs = caught.value.runs
+    assert len(runs) == len(taken)
+    whole = [run for run in runs if isinstance(run, fullbody.Run) and run.stop_reason == "end"]
+    assert len(whole) >= 20
+    assert len(runs) - len(whole) <= 16
+    assert set(seen) == {None}
+
+
+def test_a_generator_that_raises_loses_nothing():
+    def members():
+        yield SYSTEM, STATE
+        yield SYSTEM, STATE
+        raise Trouble("no more")
+
+    with pytest.raises(Trouble, match="no more") as caught:
+        integrate_many(members(), 1e7, output="ends")
+    assert len(caught.value.runs) == 2
+    assert all(run is None or run.stop_reason == "interrupted" for run in caught.value.runs)
+
+
+def test_progress_counts_members():
+    seen = []
+    members = [(SYSTEM, STATE)] * 7
+    members[3] = "no member"
+    integrate_many(members, 300.0, output="ends", progress=lambda *a: seen.append(a), threads=2)
+    done, total, under_way = zip(*seen, strict=True)
+    assert list(done) == sorted(done)
+    assert set(total) == {7}
+    assert all(0.0 <= part <= 2.0 for part in under_way)
+    assert seen[-1] == (7, 7, 0.0)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_progress_bar(capsys, known):
+    members = [(SYSTEM, STATE)] * 3
+    integrate_many(members if known else iter(members), 5.0, progress="many")
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "many" in captured.err
+    assert ("3/3 runs" if known else "3 runs") in captured.err
+    assert ("100%" in captured.err) == known
+    integrate_many(members, 5.0)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_doubtful_starts_are_told_of_once():
+    fast = spheres(1e3)
+    with pytest.warns(fullbody.InconsistentInput) as caught:
+        runs = integrate_many([(SYSTEM, STATE), fast, (SYSTEM, STATE), fast, fast], 1e-3)
+    assert len(runs) == 5
+    assert len(caught) == 1
+    assert str(caught[0].message).startswith("the starts of 3 of 5 members are doubtful; member 1: A and B start at ")
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(fullbody.InconsistentInput) as raised:
+            integrate_many([(SYSTEM, STATE), fast], 1e-3)
+    assert [type(run) for run in raised.value.runs] == [fullbody.Run] * 2
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.0, True, "2", 1025])
+def test_threads_that_are_none(threads):
+    with pytest.raises(InvalidInput, match=r"^threads is .*; expected a whole number from 1 to 1024, or None"):
+        integrate_many([(SYSTEM, STATE)], 1.0, threads=threads)
+
+
+def test_arguments_that_are_none():
+    with pytest.raises(InvalidInput, match="members is 3; expected an iterable"):
+        integrate_many(3, 1.0)
+    with pytest.raises(InvalidInput, match="events has 'no'"):
+        integrate_many([(SYSTEM, STATE)], 1.0, events=["no"])
+    assert integrate_many([], 1.0) == []
+
+
+# Ctrl-C.
+
+
+def test_ctrl_c_gives_what_there_is():
+    """The signal comes from within a run, in another thread, when two others are done."""
+    begun = threading.Semaphore(0)
+
+    def f(state):
+        if state.time > 2e3 and begun.acquire(blocking=False):
+            os.kill(os.getpid(), signal.SIGINT)
+        return 1.0
+
+    def report(done, total, under_way):
+        if done == 2 and under_way > 0.0 and not seen:
+            seen.append(under_way)
+            begun.release()
+
+    seen = []
+    until = [1.0, 2.0, *[1e9] * 30]
+    with pytest.raises(KeyboardInterrupt) as caught:
+        integrate_many([(SYSTEM, STATE)] * 32, until, 1e3, events=[events.Function(f)], progress=report, threads=2)
+    error = caught.value
+    assert type(error) is fullbody.Interrupted
+    assert str(error) == "interrupted with 2 of 32 members done; the runs so far are in .runs"
+    assert error.run is None
+    assert len(error.runs) == 32
+    assert [run.stop_reason for run in error.runs[:4]] == ["end", "end", "interrupted", "interrupted"]
+    assert error.runs[4:] == [None] * 28
+    for run in error.runs[2:4]:
+        assert run.time[0] == 0.0
+        assert abs(run.energy_drift).max() < 1e-12
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_interrupt_that_a_function_raises_stops_all():
+    def f(state):
+        if state.time > 3.0:
+            raise KeyboardInterrupt
+        return 1.0
+
+    with pytest.raises(fullbody.Interrupted) as caught:
+        integrate_many([(SYSTEM, STATE)] * 20, 1e9, [], events=[events.Function(f)], threads=2)
+    assert {getattr(run, "stop_reason", None) for run in caught.value.runs} <= {"interrupted", None}
+    assert len(caught.value.runs) == 20
+
+
+# The runs would go on for months. Nothing is left behind that keeps the interpreter from its end.
+KILLED = """
+import os, signal, threading, time
+import fullbody
+
+system, state = fullbody.systems.kw4_ho2021(gravity="surface")
+under_way = threading.Event()
+
+def interrupt():
+    under_way.wait()
+    os.kill(os.getpid(), signal.SIGINT)
+
+threading.Thread(target=interrupt).start()
+try:
+    fullbody.integrate_many(
+        [(system, state)] * 10, 1e9, output=1e3, progress=lambda done, total, part: part > 0 and under_way.set()
+    )
+except fullbody.Interrupted as error:
+    assert len(error.runs) == 10
+    assert error.runs[0].stop_reason == "interrupted"
+    assert error.runs[-1] is None
+    print("passed")
+"""
+
+
+def test_sigint_in_a_program_of_its_own():
+    done = subprocess.run([sys.executable, "-c", KILLED], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "passed\n"
