@@ -134,8 +134,8 @@ read. What it states stands below, with what is assumed.
 
 {table([*head, "yaw beyond 90 deg", "unstable from day, median"], rows)}
 
-Unstable is a roll, pitch or yaw beyond {np.rad2deg(UNSTABLE):g} degrees; near a resonance is where one of the combinations below is within \
-{NEAR:g} mean motions of zero. The energy of the orbit drifts by at most {drift:.1g}.
+Unstable is a roll, pitch or yaw beyond {np.rad2deg(UNSTABLE):g} degrees; near a resonance is where one of the \
+combinations below is within {NEAR:g} mean motions of zero. The energy of the orbit drifts by at most {drift:.1g}.
 
 The lines are resonances of the linear theory, on a circular orbit about a point:
 
