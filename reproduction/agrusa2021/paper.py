@@ -22,5 +22,5 @@ ASSUMED: Final = {
     "beta": "1 and 3",
     "grid": "a/b and b/c from 1.02 to 1.50 by 0.02",
     "length": "365 days, sampled every half hour",
-    "unstable": "a roll of 60 degrees or more",
+    "unstable": "a roll, pitch or yaw beyond 60 degrees",
 }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import fullbody
 import numpy as np
-from fullbody import Component, Run, State, System, Verner98, binary, observables
+from fullbody import Component, Run, State, System, Verner98, binary, ensembles
 
 from ..publishing import publish, table
 from . import figures, paper, theory
@@ -22,8 +22,8 @@ G, DISTANCE, PERIOD = 6.6743e-11 * 1e-9 * 3600.0**2, 1.19, 11.9217
 MASS = 4 * np.pi**2 * DISTANCE**3 / (G * PERIOD**2)
 #: Momentum of the spacecraft, kg km/h; its angle out of the orbit's plane.
 MOMENTUM, ELEVATION = 535.0 * 6.6 * 3600.0, np.deg2rad(10.0)
-#: The roll in degrees from which on the attitude counts as unstable.
-UNSTABLE = 60.0
+#: The angle from which on the attitude counts as unstable.
+UNSTABLE = np.deg2rad(60.0)
 RATIOS = np.round(np.arange(1.02, 1.51, 0.02), 2)
 GRID = {"beta": [1.0, 3.0], "a_b": RATIOS, "b_c": RATIOS}
 DRAFT = {"beta": [1.0, 3.0], "a_b": [1.1, 1.42], "b_c": [1.1, 1.3]}
@@ -46,17 +46,8 @@ def setup(beta: float, a_b: float, b_c: float) -> tuple[System, State]:
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """The largest roll, pitch and yaw, degrees, and the day from which on the attitude is unstable."""
-    angles = np.abs(np.rad2deg(observables.roll_pitch_yaw(run)))
-    beyond = np.flatnonzero(angles[:, 0] >= UNSTABLE)
-    roll, pitch, yaw = angles.max(axis=0)
-    return {
-        "roll": roll,
-        "pitch": pitch,
-        "yaw": yaw,
-        "unstable": run.time[beyond[0]] / 24.0 if len(beyond) else None,
-        "drift": np.abs(run.energy_drift_orbital).max(),
-    }
+    """The largest roll, pitch and yaw; when one of them passed the limit; and the drifts."""
+    return ensembles.attitude(run, UNSTABLE) | ensembles.drift(run)
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
@@ -80,8 +71,8 @@ def counts(found: xarray.Dataset) -> dict[str, Any]:
     told = {}
     for beta in found.beta.values:
         part = found.sel(beta=beta)
-        unstable = np.isfinite(part.unstable.values)
-        days = part.unstable.values[unstable]
+        unstable = part.tumbles.values == 1.0
+        days = part.tumbling_time.values[unstable] / 24.0
         told[f"{beta:g}"] = {
             "runs": part["roll"].size,
             "errors": int((part.error != "").sum()),
@@ -90,10 +81,10 @@ def counts(found: xarray.Dataset) -> dict[str, Any]:
             "unstable_near": float(unstable[near].mean()) if near.any() else np.nan,
             "unstable_far": float(unstable[~near].mean()) if not near.all() else np.nan,
             "unstable_day_median": float(np.median(days)) if len(days) else np.nan,
-            # A roll beyond half a turn is a rotation about the long axis.
-            "rolls_over": float((part["roll"] > 180.0).mean()),
-            "yaw_beyond_90": float((part.yaw > 90.0).mean()),
-            "largest_drift": float(part.drift.max()),
+            # Half a turn stands for all beyond it: a rotation about the long axis.
+            "rolls_over": float((part["roll"] == np.pi).mean()),
+            "yaw_beyond_90": float((part.yaw > np.pi / 2).mean()),
+            "largest_drift": float(part.energy_drift_orbital.max()),
         }
     return told
 
@@ -143,8 +134,8 @@ read. What it states stands below, with what is assumed.
 
 {table([*head, "yaw beyond 90 deg", "unstable from day, median"], rows)}
 
-Unstable is a roll of {UNSTABLE:g} degrees or more; near a resonance is where one of the combinations below is within \
-{NEAR:g} mean motions of zero. The energy of the orbit drifts by at most {drift:.1g}.
+Unstable is a roll, pitch or yaw beyond {np.rad2deg(UNSTABLE):g} degrees; near a resonance is where one of the \
+combinations below is within {NEAR:g} mean motions of zero. The energy of the orbit drifts by at most {drift:.1g}.
 
 The lines are resonances of the linear theory, on a circular orbit about a point:
 

@@ -43,8 +43,7 @@ RESULTS = {
             "Tumbling",
         )
     ),
-    *(ensembles.Draws, ensembles.Paired),
-    *(events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
+    *(ensembles.Draws, ensembles.Paired, events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
 }
 MODULES = (fullbody, ensembles, events, forces, frames, observables, plots, systems, view)
 
