@@ -1,13 +1,5 @@
-"""Many runs at once, maps over parameters, and measures for them.
+"""Many runs at once, and maps over parameters."""
 
-<<<<<<< HEAD
-A measure takes a :class:`fullbody.Run` and gives numbers by names, for the ``measure=`` of :func:`fullbody.sweep`.
-Several are one by ``fate(run) | drift(run)``.
-"""
-
-from .many import integrate_many
-=======
->>>>>>> sweep
 from .measures import attitude, drift, fate, libration, orbit
 from .parameters import Draws, Paired, draws, paired
 from .sweep import sweep
@@ -19,10 +11,6 @@ __all__ = [
     "draws",
     "drift",
     "fate",
-<<<<<<< HEAD
-    "integrate_many",
-=======
->>>>>>> sweep
     "libration",
     "orbit",
     "paired",
