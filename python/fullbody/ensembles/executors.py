@@ -76,7 +76,7 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
                 keep(future.result())
                 for more in islice(waiting, 1):
                     submit(more, 1)
-            elif tries < _TRIES and isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
+            elif tries < _TRIES and isinstance(error, Exception):
                 submit(rows, tries + 1)
             else:
                 raise error

@@ -129,6 +129,19 @@ def test_ctrl_c_in_a_worker():
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 2 + [False]
 
 
+def test_what_is_not_begun_is_called_off():
+    held = []
+
+    class Slow(Inline):
+        def submit(self, function, *args):
+            held.append(Future() if held else super().submit(function, *args))
+            return held[-1]
+
+    with pytest.raises(Interrupted):
+        swept(executor=Slow((1,), KeyboardInterrupt()))
+    assert [future.cancelled() for future in held] == [False, True, True, True]
+
+
 def dying(folder):
     def setup(mass):
         if mass > 0.6 and not os.path.exists(f"{folder}/died"):
