@@ -91,6 +91,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
 	$(BIN)/python benches/head_on.py
+	$(BIN)/python benches/ensemble.py
 	$(BIN)/python benches/killed.py
 
 fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/

@@ -11,8 +11,8 @@ from ..base.arguments import named_options
 from ..errors import BodiesOverlap, InvalidInput
 from ..events import Contact, Escape
 from ..model.system import BaseSystem
-from ..observables import mutual_period, tumbles
 from ..observables import libration as swings
+from ..observables import mutual_period, tumbles
 from ..record.base import BaseRun
 
 __all__ = ["attitude", "drift", "fate", "libration", "orbit"]
@@ -210,10 +210,10 @@ def orbit(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str
     Examples
     --------
     >>> import fullbody
-    >>> system, state = fullbody.systems.kw4_ho2021()
+    >>> system, state = fullbody.systems.kw4()
     >>> found = fullbody.ensembles.orbit(system.integrate(state, 500.0, output=1.0))
-    >>> round(float(found["period"]), 2), round(float(found["a"]), 2)
-    (17.41, 2.55)
+    >>> round(float(found["period"]), 1), round(float(found["a"]), 2)
+    (17.1, 2.55)
     """
     period = mutual_period(run, body=body, about=about).mean
     elements = run.elements(mu, body=body, about=about)

@@ -59,7 +59,8 @@ class BaseRun(Tabled):
     dense : Dense or None
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
     error : FullbodyError or None
-        What cut the run short, if that was an error of this package: one like it, without the run. Files do not keep it.
+        What cut the run short, if that was an error of this package: one like it, without the run. Files do not keep
+        it.
     switched_off : dict of int
         How often forces that act at times only were switched off in the run, by their names:
         :class:`fullbody.forces.Byorp` while the secondary is not locked. One that is off when the run begins counts.
