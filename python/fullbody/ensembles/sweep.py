@@ -81,8 +81,8 @@ def sweep(
     seed : int or sequence of int, optional
         Needed where anything is drawn.
     chunk : int, optional
-        Rows that are kept at a time; by default 16 with an executor, otherwise 64, or 16 for each thread where that is
-        more. The map does not depend on it.
+        Rows that are kept in the store at a time, and whose runs are in memory together; by default 16 with an
+        executor, otherwise 64, or 16 for each thread where that is more. The map does not depend on it.
     progress : bool or str
         Whether to show a bar, or its label.
 
