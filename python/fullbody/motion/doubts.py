@@ -64,9 +64,7 @@ def _unbound(system: BaseSystem, start: _core.State, masses: Any, distances: Any
     )
 
 
-def _far(
-    system: BaseSystem, start: _core.State, masses: Any, distances: Any, tolerance: float | None
-) -> Iterator[str]:
+def _far(system: BaseSystem, start: _core.State, masses: Any, distances: Any, tolerance: float | None) -> Iterator[str]:
     """Whether the barycentre, which the integrators count positions from, is far from bodies near each other."""
     nearest = np.array([apart.min() for _, apart in distances])
     position = start.position
