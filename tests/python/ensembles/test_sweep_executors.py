@@ -10,6 +10,7 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import fullbody
+import fullbody.ensembles.store
 import numpy as np
 import pytest
 from fullbody import FullbodyError, Interrupted, InvalidInput
@@ -120,6 +121,24 @@ def test_a_chunk_that_fails_everywhere(tmp_path):
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 2 + [True] * 2 + [False] * 3
     assert len(list((tmp_path / "map.nc.parts").glob("*.npz"))) == 3
     assert_same(swept(store=tmp_path / "map.nc"), swept())
+
+
+def test_a_store_that_cannot_be_written(tmp_path, monkeypatch):
+    def full(self, outcomes):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(fullbody.ensembles.store.Store, "add", full)
+    with pytest.raises(OSError, match="No space left"):
+        swept(executor=Inline(), store=tmp_path / "map.nc")
+
+
+def test_a_bar_counts_rows(capsys):
+    for executor in (None, Inline()):
+        swept(executor=executor, setup=lambda mass: circle(mass) if mass < 0.8 else None, progress="a map")
+        text = capsys.readouterr().err.split("\r")[-1]
+        assert "a map: 100%" in text
+        assert "7/7" in text
+        assert "1 with errors" in text
 
 
 def test_ctrl_c_in_a_worker():
