@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Iterable
-from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
 from functools import partial
 from itertools import islice
 from queue import SimpleQueue
@@ -20,15 +20,20 @@ _HELD = 4096
 #: Times that a chunk is given to workers that die of it, or of something else.
 _TRIES = 3
 
+_BROKEN = (
+    "the executor has lost a worker, by a crash or for want of memory, and takes no more work; expected to be called "
+    "again with a new one"
+)
+
 _Keep = Callable[[list[Outcome]], None]
 
 
-def here(job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
-    """Work on chunks in this process, one after another."""
+def here(job: Job, chunks: Iterable[Rows], keep: _Keep, report: Callable[[int], None]) -> None:
+    """Work on chunks in this process, one after another, and report how many runs of a chunk are done."""
     for rows in chunks:
         outcomes: list[Outcome] = []
         try:
-            work(job, rows, outcomes)
+            work(job, rows, outcomes, report)
         finally:
             if outcomes:
                 keep(outcomes)
@@ -61,7 +66,10 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
     held: dict[Future[list[Outcome]], tuple[Rows, int]] = {}
 
     def submit(rows: Rows, tries: int) -> None:
-        future = executor.submit(call, rows)
+        try:
+            future = executor.submit(call, rows)
+        except BrokenExecutor as error:
+            raise FullbodyError(_BROKEN) from error
         held[future] = rows, tries
         future.add_done_callback(done.put)
 
@@ -71,27 +79,20 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
         while held:
             future = done.get()
             rows, tries = held.pop(future)
-            error = future.exception()
+            error = CancelledError("it was called off") if future.cancelled() else future.exception()
             if error is None:
                 keep(future.result())
                 for more in islice(waiting, 1):
                     submit(more, 1)
-            elif tries < _TRIES and isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
+            elif not isinstance(error, Exception):
+                raise error
+            elif tries < _TRIES:
                 submit(rows, tries + 1)
             else:
-                raise error
-    except BrokenExecutor as error:
-        raise FullbodyError(
-            "the executor has lost a worker, by a crash or for want of memory, and takes no more work; expected to be "
-            "called again with a new one"
-        ) from error
-    except Exception as error:
-        if isinstance(error, FullbodyError):
-            raise
-        names = f"rows {rows[0][0]} to {rows[-1][0]}"
-        raise FullbodyError(
-            f"{names} failed in {_TRIES} workers, the last time with {type(error).__name__}: {error}"
-        ) from error
+                raise FullbodyError(
+                    f"rows {rows[0][0]} to {rows[-1][0]} failed in {_TRIES} workers, the last time with "
+                    f"{type(error).__name__}: {error}"
+                ) from error
     finally:
         for future in held:
             future.cancel()

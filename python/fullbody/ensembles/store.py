@@ -14,10 +14,9 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.atomic import as_path, content, replacing
-from ..base.units import need
 from ..errors import FullbodyError, InvalidInput
 from ..files import seal
-from ..files.netcdf import SUFFIXES, sealed
+from ..files.netcdf import SUFFIXES, netcdf, sealed
 from .identity import digest
 from .work import Failure, Measured, Outcome
 
@@ -107,6 +106,9 @@ class Store:
     def __init__(self, path: Path, manifest: Manifest) -> None:
         self.path, self._manifest = path, dict(manifest)
         self._of_map = path.suffix.lower() in SUFFIXES
+        if self._of_map:
+            # What is missing is known before all work, not at the end of it.
+            netcdf()
         self.folder = path.with_name(path.name + ".parts") if self._of_map else path
         self._mark = digest(self._manifest)
 
@@ -114,9 +116,7 @@ class Store:
         """Whether the map is there, which is then read."""
         if not self._of_map or not self.path.exists():
             return False
-        with need("data", "a sweep"):
-            import xarray as xr
-
+        xr = netcdf()
         try:
             file = BytesIO(content(self.path))
             if not seal.check(file):

@@ -81,8 +81,8 @@ def sweep(
     seed : int or sequence of int, optional
         Needed where anything is drawn.
     chunk : int, optional
-        Rows that are kept at a time; by default 16 with an executor, otherwise 64, or 16 for each thread where that is
-        more. The map does not depend on it.
+        Rows that are kept in the store at a time, and whose runs are in memory together; by default 16 with an
+        executor, otherwise 64, or 16 for each thread where that is more. The map does not depend on it.
     progress : bool or str
         Whether to show a bar, or its label.
 
@@ -177,7 +177,7 @@ def sweep(
         missing = [row not in outcomes for row in range(len(rows))]
         tasks = ([(row, rows.row(row)) for row in numbers] for numbers in chunks(missing, size))
         try:
-            here(job, tasks, keep) if executor is None else submitted(executor, job, tasks, keep)
+            here(job, tasks, keep, bar.under_way) if executor is None else submitted(executor, job, tasks, keep)
         except (KeyboardInterrupt, FullbodyError, OSError) as error:
             where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
             done = f"{len(outcomes)} of {len(rows)} rows are done, {where}"
@@ -260,12 +260,13 @@ class _Bar:
 
     def __init__(self, progress: bool | str, rows: int, done: Mapping[int, Outcome]) -> None:
         self._bar: Any = None
+        self._done = len(done)
         self._failed = sum(outcome.failure is not None for outcome in done.values())
         if progress:
             from tqdm.auto import tqdm
 
             label = progress if isinstance(progress, str) else None
-            self._bar = tqdm(total=rows, initial=len(done), desc=label, unit="row")
+            self._bar = tqdm(total=rows, initial=self._done, desc=label, unit="row")
 
     def __enter__(self) -> _Bar:
         return self
@@ -274,10 +275,15 @@ class _Bar:
         if self._bar is not None:
             self._bar.close()
 
+    def under_way(self, runs: int) -> None:
+        """Show runs of a chunk that is not done."""
+        if self._bar is not None:
+            self._bar.update(self._done + runs - self._bar.n)
+
     def update(self, outcomes: list[Outcome]) -> None:
         """Count rows as done."""
-        if self._bar is not None:
-            self._failed += sum(outcome.failure is not None for outcome in outcomes)
-            if self._failed:
-                self._bar.set_postfix_str(f"{self._failed} with errors", refresh=False)
-            self._bar.update(len(outcomes))
+        self._done += len(outcomes)
+        self._failed += sum(outcome.failure is not None for outcome in outcomes)
+        if self._bar is not None and self._failed:
+            self._bar.set_postfix_str(f"{self._failed} with errors", refresh=False)
+        self.under_way(0)

@@ -83,8 +83,11 @@ def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
     return outcomes
 
 
-def work(job: Job, rows: Rows, outcomes: list[Outcome]) -> None:
-    """Work on rows and append their outcomes, so that an interrupt leaves those that were done."""
+def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:
+    """Work on rows and append their outcomes, so that an interrupt leaves those that were done.
+
+    ``report`` is called with the number of runs that are done.
+    """
     members: dict[int, tuple[System, State]] = {}
     ends: dict[int, Any] = {}
     for row, parameters in rows:
@@ -101,6 +104,7 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome]) -> None:
             job.integrator,
             job.events,
             job.dense,
+            progress=False if report is None else lambda done, *_: report(done),
             threads=job.threads,
         )
     except KeyboardInterrupt as interrupt:

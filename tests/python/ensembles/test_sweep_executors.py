@@ -10,6 +10,7 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import fullbody
+import fullbody.ensembles.store
 import numpy as np
 import pytest
 from fullbody import FullbodyError, Interrupted, InvalidInput
@@ -122,11 +123,42 @@ def test_a_chunk_that_fails_everywhere(tmp_path):
     assert_same(swept(store=tmp_path / "map.nc"), swept())
 
 
+def test_a_store_that_cannot_be_written(tmp_path, monkeypatch):
+    def full(self, outcomes):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(fullbody.ensembles.store.Store, "add", full)
+    with pytest.raises(OSError, match="No space left"):
+        swept(executor=Inline(), store=tmp_path / "map.nc")
+
+
+def test_a_bar_counts_rows(capsys):
+    for executor in (None, Inline()):
+        swept(executor=executor, setup=lambda mass: circle(mass) if mass < 0.8 else None, progress="a map")
+        text = capsys.readouterr().err.split("\r")[-1]
+        assert "a map: 100%" in text
+        assert "7/7" in text
+        assert "1 with errors" in text
+
+
 def test_ctrl_c_in_a_worker():
     with pytest.raises(Interrupted) as caught:
         swept(executor=Inline((3,), KeyboardInterrupt()))
     # What was there when it came is kept.
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 2 + [False]
+
+
+def test_what_is_not_begun_is_called_off():
+    held = []
+
+    class Slow(Inline):
+        def submit(self, function, *args):
+            held.append(Future() if held else super().submit(function, *args))
+            return held[-1]
+
+    with pytest.raises(Interrupted):
+        swept(executor=Slow((1,), KeyboardInterrupt()))
+    assert [future.cancelled() for future in held] == [False, True, True, True]
 
 
 def dying(folder):

@@ -275,6 +275,29 @@ def test_ctrl_c(tmp_path, store):
         assert_same(swept(path, measure=measure, parameters=rows), whole)
 
 
+class _During(_Once):
+    """An event's function that is interrupted in the middle of a run; runs end in their middle."""
+
+    def __reduce__(self):
+        return _During, (None,)
+
+    def __call__(self, state):
+        if self.left and np.linalg.norm(state.velocity[1]) > 1.35 and state.time > 0.2:
+            self.left = 0
+            raise self.error
+        return 1.0
+
+
+def test_ctrl_c_in_a_run(tmp_path):
+    """The runs before are kept, and the one that was interrupted is none."""
+    watch = [events.Function(_During(KeyboardInterrupt()))]
+    rows = {"mass": [0.1, 0.3, 0.9, 0.5]}
+    with pytest.raises(Interrupted) as caught:
+        swept(tmp_path / "map", parameters=rows, events=watch, chunk=4, threads=1)
+    assert caught.value.dataset.error.values[[0, 2]].tolist() == ["", "NotComputed"]
+    assert_same(swept(tmp_path / "map", parameters=rows, events=watch), swept(None, parameters=rows))
+
+
 def test_a_full_disk_loses_nothing_that_is_done(tmp_path, monkeypatch):
     add, calls = stores.Store.add, []
 
