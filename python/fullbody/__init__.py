@@ -11,10 +11,11 @@ Examples
 
 import typing as _typing
 
-from . import events, forces, frames, observables, systems
+from . import ensembles, events, forces, frames, observables, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
+from .ensembles.sweep import sweep
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
@@ -116,6 +117,7 @@ __all__ = [
     "WorkingFrame",
     "__version__",
     "binary",
+    "ensembles",
     "events",
     "forces",
     "frames",
@@ -127,6 +129,7 @@ __all__ = [
     "read_gubas",
     "read_sians",
     "read_toml",
+    "sweep",
     "systems",
     "to_rebound",
     "vector_paths",

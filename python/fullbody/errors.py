@@ -27,9 +27,12 @@ class FullbodyError(Exception):
     ----------
     run : Run or None
         The run until then, where an integration was cut short.
+    dataset : xarray.Dataset or None
+        The map until then, where a sweep was.
     """
 
     run: Any = None
+    dataset: Any = None
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
@@ -157,7 +160,10 @@ class Interrupted(KeyboardInterrupt):
         What was recorded until then.
     runs : list or None
         The same of many integrations at once, as :func:`fullbody.integrate_many` describes it.
+    dataset : xarray.Dataset or None
+        The map of a sweep until then.
     """
 
     run: Any = None
     runs: Any = None
+    dataset: Any = None

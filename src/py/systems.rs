@@ -152,6 +152,12 @@ impl PySystem {
         Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))
     }
 
+    /// Masses (N,).
+    #[getter]
+    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        array(py, self.inner.masses(), &[self.inner.bodies().len()])
+    }
+
     /// The description of the settings.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

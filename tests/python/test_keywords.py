@@ -4,7 +4,19 @@ import inspect
 
 import fullbody
 import pytest
-from fullbody import InvalidInput, KeplerElements, State, events, forces, frames, observables, plots, systems, view
+from fullbody import (
+    InvalidInput,
+    KeplerElements,
+    State,
+    ensembles,
+    events,
+    forces,
+    frames,
+    observables,
+    plots,
+    systems,
+    view,
+)
 from support import points
 
 #: Made by the package alone, or without options.
@@ -31,9 +43,9 @@ RESULTS = {
             "Tumbling",
         )
     ),
-    *(events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
+    *(ensembles.Draws, ensembles.Paired, events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
 }
-MODULES = (fullbody, events, forces, frames, observables, plots, systems, view)
+MODULES = (fullbody, ensembles, events, forces, frames, observables, plots, systems, view)
 
 
 def public():

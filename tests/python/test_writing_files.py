@@ -54,13 +54,13 @@ def test_a_failing_write_leaves_the_old_file_and_nothing_else(run, tmp_path, mon
 
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
-    original = xr.Dataset.to_netcdf
+    original = xr.Dataset.dump_to_store
 
-    def full(self, target=None, *args, **options):
-        original(self, target, *args, **options)
+    def full(self, store, **options):
+        original(self, store, **options)
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(xr.Dataset, "dump_to_store", full)
     with pytest.raises(OSError, match="No space left"):
         run.save(path)
     assert path.read_bytes() == b"old"

@@ -181,11 +181,23 @@ def save(run: BaseRun, path: Any) -> None:
     numbers = {name: of for name, of in dataset.variables.items() if of.ndim and of.dtype.kind in "fi"}
     encoding = {name: _protected(of) for name, of in numbers.items()}
     with replacing(path) as temporary:
-        # The file is made in memory first: on a full disk HDF5 itself would end the whole process.
-        whole = BytesIO()
-        dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
-        whole.write(seal.seal(whole))
-        temporary.write_bytes(whole.getbuffer())
+        temporary.write_bytes(sealed(dataset, encoding))
+
+
+def sealed(dataset: xarray.Dataset, encoding: Mapping[Any, Any]) -> memoryview:
+    """A NetCDF-4 file with its seal, made in memory: on a full disk HDF5 itself would end the whole process."""
+    from xarray.backends import H5NetCDFStore
+    from xarray.backends.locks import HDF5_LOCK
+
+    whole = BytesIO()
+    # Left to itself, xarray asks a client of dask for a lock, which knows none of what is in memory.
+    store = H5NetCDFStore.open(whole, mode="w", lock=HDF5_LOCK)
+    try:
+        dataset.dump_to_store(store, encoding=encoding)
+    finally:
+        store.close()
+    whole.write(seal.seal(whole))
+    return whole.getbuffer()
 
 
 def _protected(variable: Any) -> dict[str, Any]:

@@ -183,7 +183,7 @@ class BaseSystem(Tabled):
     @property
     def _masses(self) -> npt.NDArray[np.float64]:
         """Masses (N,) as numbers in the system's units."""
-        return np.array([body._core(self._units, k).mass for k, body in enumerate(self._bodies)])
+        return self._core.masses
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """G times the sum of two masses.

@@ -33,18 +33,20 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
         masses = system._masses
         # The run itself refuses what is too large.
         with np.errstate(all="ignore"):
-            yield from _unbound(system, start, masses)
-            yield from _far(system, start, masses, tolerance)
+            distances = list(_distances(start.position))
+            yield from _unbound(system, start, masses, distances)
+            yield from _far(system, start, masses, distances, tolerance)
 
 
-def _unbound(system: BaseSystem, start: _core.State, masses: Any) -> Iterator[str]:
+def _unbound(system: BaseSystem, start: _core.State, masses: Any, distances: Any) -> Iterator[str]:
     """Whether a body is so much faster than the others' speed of escape that their attraction can hardly be meant to
     hold it.
     """
     speed, escape = np.empty((2, len(masses)))
-    for body, (others, apart) in enumerate(_distances(start.position)):
+    velocity = start.velocity
+    for body, (others, apart) in enumerate(distances):
         rest = masses[others]
-        speed[body] = np.linalg.norm(start.velocity[body] - rest @ start.velocity[others] / rest.sum())
+        speed[body] = np.linalg.norm(velocity[body] - rest @ velocity[others] / rest.sum())
         total = masses[body] + rest.sum()
         escape[body] = np.sqrt(2.0 * system._G * total * (rest / rest.sum() / apart).sum())
     # Without attraction there is nothing to be bound by.
@@ -62,11 +64,11 @@ def _unbound(system: BaseSystem, start: _core.State, masses: Any) -> Iterator[st
     )
 
 
-def _far(system: BaseSystem, start: _core.State, masses: Any, tolerance: float | None) -> Iterator[str]:
+def _far(system: BaseSystem, start: _core.State, masses: Any, distances: Any, tolerance: float | None) -> Iterator[str]:
     """Whether the barycentre, which the integrators count positions from, is far from bodies near each other."""
-    distances = list(_distances(start.position))
     nearest = np.array([apart.min() for _, apart in distances])
-    from_barycentre = np.linalg.norm(start.position - masses @ start.position / masses.sum(), axis=1)
+    position = start.position
+    from_barycentre = np.linalg.norm(position - masses @ position / masses.sum(), axis=1)
     body = int(np.argmax(from_barycentre / nearest))
     rounding = np.spacing(from_barycentre[body]) / nearest[body]
     enough = 10.0 ** np.ceil(np.log10(rounding))

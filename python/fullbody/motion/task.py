@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..base.units import scalar
-from ..errors import BodiesOverlap, Interrupted, InvalidInput
+from ..errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput
 from ..events import Event, Occurrence
 from ..model.state import State
 from ..model.system import BaseSystem
@@ -96,6 +96,9 @@ class Task:
             error = Interrupted(f"interrupted at time {time}; the run so far is in .run")
         if isinstance(error, BodiesOverlap):
             error = self._system._explained(error, None)
+        if isinstance(error, FullbodyError):
+            # Another one, or neither would be given back before Python looks for circles.
+            run.error = type(error)(*error.args)
         with contextlib.suppress(AttributeError):
             error.run = run  # type: ignore[attr-defined]
         return error

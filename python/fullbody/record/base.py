@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.tables import Table, Tabled, number
 from ..base.values import same
-from ..errors import InvalidInput
+from ..errors import FullbodyError, InvalidInput
 from ..events import Occurrence
 from ..model.interactions import Invariants
 from ..model.state import State
@@ -58,6 +58,9 @@ class BaseRun(Tabled):
         error); ``"unknown"`` in a run from a file that does not tell.
     dense : Dense or None
         The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
+    error : FullbodyError or None
+        What cut the run short, if that was an error of this package: one like it, without the run. Files do not keep
+        it.
     switched_off : dict of int
         How often forces that act at times only were switched off in the run, by their names:
         :class:`fullbody.forces.Byorp` while the secondary is not locked. One that is off when the run begins counts.
@@ -80,6 +83,7 @@ class BaseRun(Tabled):
         self.events: list[Occurrence] = []
         self.stop_reason = "end"
         self.dense: Dense | None = None
+        self.error: FullbodyError | None = None
         self.switched_off: dict[str, int] = {}
         self._record = record
         self._protect()
@@ -185,7 +189,7 @@ class BaseRun(Tabled):
             record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
             run = type(self)(self.system, record, self.statistics, self.integrator)
             run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
-            run._start, run.switched_off = self._start, self.switched_off
+            run._start, run.switched_off, run.error = self._start, self.switched_off, self.error
             return run
         r = self._record
         core = _core.State(

@@ -42,6 +42,7 @@ def said(missing, calls, folder):
 
 
 NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
+SWEEP = "fullbody.sweep(lambda x: 1 / 0, {{'x': [1]}}, 1.0, measure=print, {})"
 PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
 
 
@@ -52,8 +53,8 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
         ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
         ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
         ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
-        ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])"], "data"),
-        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])"], "data"),
+        ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
+        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc'")], "data"),
         ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
         (

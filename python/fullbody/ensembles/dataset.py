@@ -1,0 +1,108 @@
+"""The rows of a sweep as one dataset over its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.units import is_quantity, need
+from ..errors import InvalidInput
+from .parameters import Plan, columns_of
+from .work import Failure, Measured, Outcome, ordered
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["FAILURE", "dataset"]
+
+#: Variables that tell what went wrong with a row, with their meanings.
+FAILURE = {
+    "error": "the kind of error that a row ended with; empty for none",
+    "error_text": "what the error says",
+    "error_stage": "whether the error came in setup, run or measure",
+}
+_UNDONE = Failure("NotComputed", "the sweep ended before this row", "setup")
+
+
+def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, Any]) -> xarray.Dataset:
+    """A dataset of what is done so far; rows that are missing say so as their error."""
+    with need("data", "a sweep"):
+        import xarray as xr
+
+    found = ordered(outcomes)
+    failures = [_UNDONE] * len(plan)
+    for outcome in found:
+        failures[outcome.row] = outcome.failure or Failure("", "", "")
+    columns = columns_of(plan)
+    taken = {*columns, *plan.dimensions, *FAILURE}
+    variables: dict[str, _Variable] = {}
+    for outcome in found:
+        try:
+            for name, measured in outcome.values.items():
+                if name in taken:
+                    raise InvalidInput(f"measure gives {name}, which is the name of a parameter or kept for errors")
+                if name not in variables:
+                    variables[name] = _Variable(name, measured, outcome.row, len(plan))
+                variables[name].put(outcome.row, measured)
+        except InvalidInput as error:
+            if outcome.failure is None:
+                failures[outcome.row] = Failure.of(error, "measure")
+    dims = tuple(plan.dimensions)
+    fields: dict[str, Any] = {}
+    for name, variable in variables.items():
+        inner = tuple(f"{name}_{axis}" for axis in range(variable.values.ndim - 1))
+        shape = (*plan.shape, *variable.values.shape[1:])
+        values = variable.values.astype(str) if variable.values.dtype == object else variable.values
+        fields[name] = ((*dims, *inner), values.reshape(shape), variable.attributes)
+    for name, parts in zip(FAILURE, zip(*[(f.name, f.text, f.stage) for f in failures], strict=True), strict=True):
+        fields[name] = (dims, np.array(parts, dtype=str).reshape(plan.shape), {"long_name": FAILURE[name]})
+    coordinates: dict[str, Any] = {name: (along, *_plain(values)) for name, (along, values) in columns.items()}
+    coordinates |= {name: (name, *_plain(values)) for name, values in plan.labels.items()}
+    return xr.Dataset(fields, coordinates, dict(attributes))
+
+
+class _Variable:
+    """One measured quantity of all rows: the first row that has it tells shape and unit."""
+
+    def __init__(self, name: str, first: Measured, row: int, rows: int) -> None:
+        self._name, self._first, self._row = name, first, row
+        if isinstance(first.value, str):
+            self.values: Any = np.full(rows, "", dtype=object)
+        else:
+            self.values = np.full((rows, *first.value.shape), np.nan)
+        self.attributes = {} if first.unit is None else {"units": first.unit}
+
+    def put(self, row: int, measured: Measured) -> None:
+        """Keep the values of a row, unless they do not go with those of the first one."""
+        value, first = measured.value, self._first.value
+        if isinstance(value, str) or isinstance(first, str):
+            if type(value) is not type(first):
+                raise InvalidInput(self._unlike("a text" if isinstance(value, str) else "numbers", "the other"))
+            self.values[row] = value
+            return
+        if value.shape != first.shape:
+            text = self._unlike(f"of shape {value.shape}", f"of shape {first.shape}")
+            raise InvalidInput(f"{text}; expected one shape throughout, filled up with nan")
+        self.values[row] = self._converted(measured) if measured.unit != self._first.unit else value
+
+    def _converted(self, measured: Measured) -> Any:
+        from astropy import units as u
+
+        if measured.unit is None or self._first.unit is None:
+            raise InvalidInput(self._unlike(f"with the unit {measured.unit}", f"with {self._first.unit}"))
+        try:
+            return u.Quantity(measured.value, measured.unit).to_value(self._first.unit)
+        except u.UnitConversionError as error:
+            raise InvalidInput(self._unlike(f"in {measured.unit}", f"in {self._first.unit}")) from error
+
+    def _unlike(self, here: str, there: str) -> str:
+        return f"measure gives {self._name} {here}, but {there} in row {self._row}"
+
+
+def _plain(values: Any) -> tuple[Any, dict[str, str]]:
+    """Values without their unit, and the unit as an attribute."""
+    if is_quantity(values):
+        return values.value, {"units": str(values.unit)}
+    return values, {}

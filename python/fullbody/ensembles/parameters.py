@@ -1,0 +1,315 @@
+"""What a sweep goes over: grids, rows of a table, random draws, and products of these."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base.arguments import integer, named_options
+from ..base.units import gathered, is_quantity, need, refuse_masked
+from ..errors import InvalidInput
+
+__all__ = ["RNG", "Draws", "Paired", "Plan", "draws", "paired", "plan"]
+
+#: The argument of a set-up that takes the row's random numbers, and no parameter's name.
+RNG = "rng"
+
+
+@dataclass(frozen=True, slots=True)
+class Paired:
+    """Columns of equal length, whose rows are set up one by one; made by :func:`paired`."""
+
+    columns: Mapping[str, Any]
+    dimension: str = "row"
+    labels: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """Random draws; made by :func:`draws`."""
+
+    count: int
+    distributions: Mapping[str, Any]
+
+
+@named_options
+def paired(**columns: Any) -> Paired:
+    """Columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones, and so on.
+
+    Parameters
+    ----------
+    **columns
+        Numbers, Quantities or texts by the name of the parameter.
+
+    Returns
+    -------
+    Paired
+        Gives the map one dimension, ``row``.
+
+    Raises
+    ------
+    InvalidInput
+        For columns of different lengths.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> rows = fullbody.ensembles.paired(mass_ratio=[0.1, 0.2], case=["A", "B"])
+    >>> list(rows.columns)
+    ['mass_ratio', 'case']
+    """
+    return Paired(columns)
+
+
+@named_options
+def draws(count: int, **distributions: Any) -> Draws:
+    """Random draws for :func:`fullbody.sweep`, which takes ``seed=`` with them.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    **distributions
+        By the name of the parameter: a function of a ``numpy.random.Generator`` that gives one number, Quantity or
+        text; or a distribution of ``scipy.stats`` with its parameters. The draws of each row of the map have a
+        generator of their own, made from the seed and the row's number.
+
+    Returns
+    -------
+    Draws
+        Gives the map one dimension, ``draw``. In a product with a grid, each place of the grid has draws of its own.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.ensembles.draws(100, mass_ratio=lambda rng: rng.uniform(0.01, 0.3)).count
+    100
+    """
+    number = integer(count)
+    if number is None or number < 1:
+        raise InvalidInput(f"count is {count!r}; expected a whole number above zero")
+    for name, distribution in distributions.items():
+        if not callable(distribution) and not hasattr(distribution, "rvs"):
+            raise InvalidInput(
+                f"{name} is {distribution!r}; expected a function of a numpy.random.Generator, or a distribution of "
+                "scipy.stats"
+            )
+    return Draws(number, dict(distributions))
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """The values of a parameter and the dimensions of the map that they lie along, none for a fixed value."""
+
+    values: Any
+    along: tuple[int, ...]
+
+    def value(self, place: tuple[int, ...]) -> Any:
+        """The value at a place of the map, of a type of Python's own or a Quantity."""
+        found = self.values[tuple(place[axis] for axis in self.along)] if self.along else self.values[()]
+        return found if is_quantity(found) else found.item() if isinstance(found, np.generic) else found
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The rows of a sweep.
+
+    Attributes
+    ----------
+    dimensions : dict
+        Lengths by name; rows are counted with the last dimension the fastest.
+    columns : dict
+        The parameters.
+    labels : dict
+        Labels of dimensions that are no parameter.
+    random : bool
+        Whether parameters are drawn.
+    """
+
+    dimensions: dict[str, int]
+    columns: dict[str, Column]
+    labels: dict[str, Any]
+    random: bool = False
+
+    def __len__(self) -> int:
+        return math.prod(self.dimensions.values())
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the dimensions."""
+        return tuple(self.dimensions.values())
+
+    def row(self, number: int) -> dict[str, Any]:
+        """The parameters of a row."""
+        place = tuple(int(k) for k in np.unravel_index(number, self.shape)) if self.dimensions else ()
+        return {name: column.value(place) for name, column in self.columns.items()}
+
+
+def stream(seed: Any, row: int, kind: int) -> np.random.Generator:
+    """The random numbers of a row: kind 0 for its drawn parameters, 1 for its set-up."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row, kind)))
+
+
+def plan(parameters: Any, seed: Any) -> Plan:
+    """The rows of what :func:`fullbody.sweep` takes as parameters."""
+    parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
+    if not parts:
+        raise InvalidInput(
+            "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of these"
+        )
+    dimensions: dict[str, int] = {}
+    columns: dict[str, Column] = {}
+    labels: dict[str, Any] = {}
+    random: dict[str, Any] = {}
+
+    def dimension(name: str, size: int) -> int:
+        if name in dimensions:
+            raise InvalidInput(f"parameters has two dimensions of the name {name!r}; expected one")
+        dimensions[name] = size
+        return len(dimensions) - 1
+
+    def column(name: Any, values: Any, along: tuple[int, ...]) -> None:
+        if not isinstance(name, str) or not name.isidentifier():
+            raise InvalidInput(
+                f"parameters has the name {name!r}; expected one that an argument of a function may have"
+            )
+        if name == RNG:
+            raise InvalidInput(f"parameters has the name {RNG!r}, which is kept for the random numbers of a row")
+        if name in columns or name in random:
+            raise InvalidInput(f"parameters has {name!r} twice; expected it once")
+        columns[name] = Column(values, along)
+
+    for part in parts:
+        match _kind(part):
+            case Draws() as drawn:
+                dimension("draw", drawn.count)
+                for name, distribution in drawn.distributions.items():
+                    column(name, None, ())
+                    random[name] = distribution
+            case Paired() as table:
+                known = {name: _values(values, name) for name, values in table.columns.items()}
+                sizes = {name: np.size(values) if np.ndim(values) else None for name, values in known.items()}
+                lengths = set(sizes.values()) - {None}
+                if len(lengths) != 1:
+                    found = ", ".join(f"{name} has {size}" for name, size in sizes.items()) or "there are none"
+                    raise InvalidInput(f"parameters has columns that do not pair: {found}; expected one length for all")
+                axis = dimension(table.dimension, lengths.pop())  # type: ignore[arg-type]
+                for name, values in known.items():
+                    column(name, values, (axis,) if np.ndim(values) else ())
+                if table.labels is not None:
+                    labels[table.dimension] = table.labels
+            case grid:
+                for name, given in grid.items():
+                    values = _values(given, name)
+                    # The name is looked at before it becomes that of a dimension.
+                    column(name, values, (len(dimensions),) if np.ndim(values) else ())
+                    if np.ndim(values):
+                        dimension(name, len(values))
+    for name in {"row", "draw"} & dimensions.keys() & columns.keys():
+        if columns[name].along != (list(dimensions).index(name),):
+            raise InvalidInput(f"parameters has the name {name!r}, which is that of a dimension; expected another")
+    return _draw(Plan(dimensions, columns, labels), random, seed)
+
+
+def _kind(part: Any) -> Any:
+    """A part of the parameters as a mapping, as draws or as columns that go together."""
+    if isinstance(part, Mapping | Draws | Paired):
+        return part
+    with need("data", "a sweep"):
+        import pandas as pd
+
+    if not isinstance(part, pd.DataFrame):
+        raise InvalidInput(
+            f"parameters has {part!r}; expected a mapping of names to values, a pandas table, "
+            "fullbody.ensembles.paired(...), fullbody.ensembles.draws(...), or a list of these"
+        )
+    if isinstance(part.index, pd.MultiIndex):
+        raise InvalidInput("parameters is a table with an index of many levels; expected table.reset_index()")
+    numbered = isinstance(part.index, pd.RangeIndex) and part.index.name is None
+    name = "row" if part.index.name is None else str(part.index.name)
+    labels = None if numbered else _values(part.index.to_numpy(), name)
+    return Paired({name: part[name].to_numpy() for name in part.columns}, name, labels)
+
+
+def _values(given: Any, name: str) -> Any:
+    """The values of a parameter as an array of one dimension or none, or as a Quantity."""
+    expected = "expected numbers, Quantities or texts, one or a list of them"
+    if isinstance(given, str):
+        return np.array(given)
+    if callable(given) or hasattr(given, "rvs"):
+        raise InvalidInput(f"{name} is {given!r}; expected values, or fullbody.ensembles.draws(..., {name}=...)")
+    refuse_masked(given, name)
+    if isinstance(given, Iterable) and not hasattr(given, "__array__"):
+        given = list(given)
+        texts = sum(isinstance(value, str) for value in given)
+        if 0 < texts < len(given):
+            raise InvalidInput(f"{name} is {given!r}, texts and others; {expected}")
+        if not texts:
+            given = gathered(given, name)
+    elif not is_quantity(given) and not isinstance(given, np.ndarray):
+        # The column of an astropy table keeps its unit.
+        given = gathered(given, name)
+    try:
+        values = given if is_quantity(given) else np.asarray(given)
+        if not is_quantity(values) and values.dtype.kind in "OT" and all(isinstance(v, str) for v in values.flat):
+            values = values.astype(str)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{name} is {given!r}; {expected}") from error
+    if np.ndim(values) > 1 or (np.ndim(values) and not len(values)):
+        raise InvalidInput(f"{name} has shape {np.shape(values)}; {expected}")
+    if not is_quantity(values) and values.dtype.kind not in "biufU":
+        raise InvalidInput(f"{name} is {given!r}; {expected}")
+    return values
+
+
+def _draw(without: Plan, random: Mapping[str, Any], seed: Any) -> Plan:
+    """The plan with the values of what is drawn."""
+    if not random:
+        return without
+    if seed is None:
+        raise InvalidInput(f"seed is None, but {next(iter(random))} is drawn; expected a whole number")
+    found: dict[str, list[Any]] = {name: [] for name in random}
+    for row in range(len(without)):
+        rng = stream(seed, row, 0)
+        for name, distribution in random.items():
+            found[name].append(_drawn(distribution, rng, name))
+    along = tuple(range(len(without.dimensions)))
+    columns = {
+        name: Column(_values(found[name], name).reshape(without.shape), along) if name in random else column
+        for name, column in without.columns.items()
+    }
+    return Plan(without.dimensions, columns, without.labels, random=True)
+
+
+def _drawn(distribution: Callable[[np.random.Generator], Any] | Any, rng: np.random.Generator, name: str) -> Any:
+    value = distribution.rvs(random_state=rng) if hasattr(distribution, "rvs") else distribution(rng)
+    if isinstance(value, str):
+        return value
+    if np.ndim(value):
+        raise InvalidInput(
+            f"a draw of {name} has shape {np.shape(value)}; expected one number, Quantity or text (arrays are drawn in "
+            f"the set-up, from its argument {RNG})"
+        )
+    return value if is_quantity(value) else np.asarray(value).item()
+
+
+def chunks(missing: Sequence[bool], size: int) -> Iterable[list[int]]:
+    """The numbers of the missing rows, those of each block of that many rows together."""
+    for start in range(0, len(missing), size):
+        rows = [row for row in range(start, min(start + size, len(missing))) if missing[row]]
+        if rows:
+            yield rows
+
+
+def columns_of(found: Plan) -> dict[str, tuple[tuple[str, ...], Any]]:
+    """For each parameter the names of its dimensions, and its values."""
+    names = list(found.dimensions)
+    return {
+        name: (tuple(itertools.compress(names, (k in column.along for k in range(len(names))))), column.values)
+        for name, column in found.columns.items()
+    }

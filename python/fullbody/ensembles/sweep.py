@@ -1,0 +1,289 @@
+"""Maps: a measure of runs over parameters of their set-up."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.arguments import integer, named_options, suggestion
+from ..base.units import from_text, need
+from ..base.version import version
+from ..errors import FullbodyError, Interrupted, InvalidInput
+from ..events import Event
+from ..motion.options import watched
+from ..record.integrators import Integrator, Verner98
+from .parameters import RNG, Plan, chunks, columns_of, plan
+from .work import Job, Outcome, ordered
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["sweep"]
+
+#: Rows of a chunk that an executor's worker takes; and least number here, with so many for each thread.
+_OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
+
+
+@named_options
+def sweep(
+    setup: Callable[..., Any],
+    parameters: Any,
+    until: Any,
+    *,
+    measure: Callable[..., Mapping[str, Any]],
+    output: Any = "ends",
+    integrator: Integrator | None = None,
+    events: Iterable[Event] = (),
+    dense: bool = False,
+    executor: Any = None,
+    threads: int | None = None,
+    store: Any = None,
+    seed: Any = None,
+    chunk: int | None = None,
+    progress: Any = False,
+) -> xarray.Dataset:
+    """A map: set up, run and measure for all values of some parameters.
+
+    Parameters
+    ----------
+    setup : callable
+        ``setup(**parameters) -> (system, state)``. An argument ``rng`` takes a ``numpy.random.Generator`` of the row's
+        own, which depends on ``seed`` and the row's number alone.
+    parameters : mapping, pandas.DataFrame, Paired, Draws, or a list of these
+        A mapping of names to values makes a grid, with a dimension for each list of values; a single value is a
+        parameter without dimension. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
+        :func:`fullbody.ensembles.draws` one along random draws. A list makes the product of its parts. Values are
+        numbers, Quantities or texts.
+    until : float, Quantity, text or callable
+        The end of the runs, as for :meth:`fullbody.System.integrate`; or the name of the parameter that is the end; or
+        a function that gives it, ``until(**parameters)``.
+    measure : callable
+        ``measure(run) -> dict`` of numbers, arrays of numbers of the same shape in all rows, or texts, each under the
+        name of its variable. Numbers may be Quantities. What a row leaves out, or gives as ``None``, is nan there.
+    output, integrator, events, dense
+        As for :func:`fullbody.integrate_many`, for all runs; by default a run has its start and its end.
+    executor : optional
+        Anything with the interface of ``concurrent.futures``: ``ProcessPoolExecutor()``, ``client.get_executor()`` of
+        dask.distributed, ``mpi4py.futures.MPIPoolExecutor()``. Its workers take chunks of rows. Functions of notebooks
+        and scripts reach other processes by cloudpickle (``pip install fullbody[dask]``).
+    threads : int, optional
+        Threads of this process, by default one for each core; or those of each worker of the executor, by default one.
+    store : str or Path, optional
+        Where to keep what is done: a name that ends in ``.nc``, or a folder. A sweep that was cut short, by whatever
+        it was, goes on from there when it is called again, and ends with the map of an unbroken one, bit for bit on a
+        machine with the same vector instructions. See the notes.
+    seed : int or sequence of int, optional
+        Needed where anything is drawn.
+    chunk : int, optional
+        Rows that are kept in the store at a time, and whose runs are in memory together; by default 16 with an
+        executor, otherwise 64, or 16 for each thread where that is more. The map does not depend on it.
+    progress : bool or str
+        Whether to show a bar, or its label.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables over the dimensions of the parameters, whose values are its coordinates, with units in their
+        attributes; those of arrays have further dimensions, ``name_0`` and so on. Numbers are floats. Beside what
+        ``measure`` gives there are ``error``, the name of the error that a row ended with, empty for none;
+        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``.
+
+    Raises
+    ------
+    InvalidInput
+        For arguments that cannot be used; where the store has another sweep, with what differs; and where a file of the
+        store is damaged or another's, with its name. What goes wrong with single rows does not raise.
+    FullbodyError
+        Where another process has the store, or the executor's workers die. The attribute ``dataset`` has the map so
+        far.
+    Interrupted
+        On Ctrl-C, with the map so far in the attribute ``dataset``. Rows that were not computed have the error
+        ``"NotComputed"``.
+
+    Notes
+    -----
+    A run that an error ends is measured too, as far as it went: a collision is a result. ``run.stop_reason`` is
+    ``"unfinished"`` there, and the row has both its values and its error. Without these rows the map is
+    ``map.where(map.error == "")``.
+
+    A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until all is done, and then the map itself. Every file
+    is written whole or not at all. A sweep is another one, and is refused, where it has other parameters, seeds, ends,
+    output, integrators or events; with another version of fullbody, numpy or Python; and where the set-up or the
+    measure has changed, or what these use: default values, variables from around them, and functions and classes that
+    are not of an installed package. Files that they read are not looked at.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> def setup(tilt):
+    ...     system, state = fullbody.systems.kw4()
+    ...     return system, state.rotated("Beta", [1, 0, 0], tilt)
+    >>> def drift(run):
+    ...     return {"drift": abs(run.energy_drift[-1])}
+    >>> found = fullbody.sweep(setup, {"tilt": [0.0, 0.1, 0.2]}, 20.0, measure=drift)
+    >>> found.drift.dims, bool((found.drift < 1e-12).all())
+    (('tilt',), True)
+    """
+    with need("data", "a sweep"):
+        import xarray  # noqa: F401
+    # Most sessions have no sweep, and are spared the time to import these.
+    from . import store as stores
+    from .dataset import dataset
+    from .executors import here, submitted
+
+    for name, function in (("setup", setup), ("measure", measure)):
+        if not callable(function):
+            raise InvalidInput(f"{name} is {function!r}; expected a function")
+    if integrator is not None and not isinstance(integrator, Integrator):
+        raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
+    rng = RNG in _arguments(setup)
+    rows = plan(parameters, _seed(seed))
+    _check_names(setup, rows, rng)
+    if rng and seed is None:
+        raise InvalidInput(f"seed is None, but the set-up takes {RNG}; expected a whole number")
+    if seed is not None and not (rng or rows.random):
+        raise InvalidInput(f"seed is {seed!r}, but nothing is drawn; expected none")
+    width = None if threads is None and executor is None else _count(1 if threads is None else threads, "threads")
+    many = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
+    size = _count(many if chunk is None else chunk, "chunk")
+    if isinstance(until, str) and until not in rows.columns:
+        # An error comes before all work.
+        from_text(until, "until", "time")
+    job = Job(setup, measure, until, output, integrator, tuple(watched(events)), bool(dense), width, seed, rng)
+    outcomes: dict[int, Outcome] = {}
+    notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
+    with ExitStack() as stack:
+        kept = None
+        if store is not None:
+            kept = stack.enter_context(stores.opened(store, _manifest(job, rows)))
+            if kept.map is not None:
+                return kept.map
+            outcomes |= kept.outcomes()
+        bar = stack.enter_context(_Bar(progress, len(rows), outcomes))
+
+        def keep(found: list[Outcome]) -> None:
+            found = ordered(found)
+            outcomes.update((outcome.row, outcome) for outcome in found)
+            if kept is not None:
+                kept.add(found)
+            bar.update(found)
+
+        missing = [row not in outcomes for row in range(len(rows))]
+        tasks = ([(row, rows.row(row)) for row in numbers] for numbers in chunks(missing, size))
+        try:
+            here(job, tasks, keep, bar.under_way) if executor is None else submitted(executor, job, tasks, keep)
+        except (KeyboardInterrupt, FullbodyError, OSError) as error:
+            where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
+            done = f"{len(outcomes)} of {len(rows)} rows are done, {where}"
+            raised: Any = Interrupted(f"interrupted; {done}") if isinstance(error, KeyboardInterrupt) else error
+            raised.dataset = dataset(rows, outcomes.values(), notes)
+            if raised is not error:
+                raise raised from None
+            error.add_note(done)
+            raise
+        found = dataset(rows, outcomes.values(), notes)
+        return found if kept is None else kept.finish(found)
+
+
+def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
+    try:
+        return inspect.signature(function).parameters
+    except (TypeError, ValueError):
+        # Compiled functions need not tell.
+        return {}
+
+
+def _check_names(setup: Callable[..., Any], rows: Plan, rng: bool) -> None:
+    """Refuse parameters that the set-up does not take, and missing ones."""
+    arguments = _arguments(setup)
+    if not arguments or any(a.kind is a.VAR_KEYWORD for a in arguments.values()):
+        return
+    for name in rows.columns:
+        if name not in arguments:
+            raise InvalidInput(
+                f"parameters has {name!r}, which the set-up does not take; {suggestion(name, arguments)}"
+            )
+    for name, argument in arguments.items():
+        needed = argument.default is argument.empty and argument.kind is not argument.VAR_POSITIONAL
+        if needed and name not in rows.columns and not (rng and name == RNG):
+            raise InvalidInput(f"parameters has no {name!r}, which the set-up needs; it has {', '.join(rows.columns)}")
+
+
+def _seed(seed: Any) -> Any:
+    """A seed as numpy takes it: a whole number or some."""
+    if seed is None:
+        return None
+    many = isinstance(seed, list | tuple)
+    numbers = [integer(number) for number in (seed if many else [seed])]
+    if not numbers or any(number is None or number < 0 for number in numbers):
+        raise InvalidInput(f"seed is {seed!r}; expected a whole number from zero, or a list of some")
+    return numbers if many else numbers[0]
+
+
+def _count(value: Any, what: str) -> int:
+    number = integer(value)
+    if number is None or number < 1:
+        raise InvalidInput(f"{what} is {value!r}; expected a whole number above zero")
+    return number
+
+
+def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
+    """What the sweep is: digests by names for people."""
+    from . import identity
+
+    told = {
+        "version of fullbody": version(),
+        "version of numpy": np.__version__,
+        "version of Python": ".".join(map(str, sys.version_info[:2])),
+        "seed": repr(job.seed),
+        "dimensions": identity.digest((dict(rows.dimensions), rows.labels)),
+        "output": identity.digest(job.output),
+        "integrator": identity.digest(Verner98() if job.integrator is None else job.integrator),
+        "events": identity.digest(job.events),
+        "dense": repr(job.dense),
+    }
+    told |= {f"parameter {name}": identity.digest(column) for name, column in columns_of(rows).items()}
+    for name, thing in (("setup", job.setup), ("measure", job.measure), ("until", job.until)):
+        for part, found in identity.parts(thing).items():
+            told[f"{name} ({part})" if part else name] = found
+    return told
+
+
+class _Bar:
+    """A progress bar of rows as a context; none where it is not asked for."""
+
+    def __init__(self, progress: bool | str, rows: int, done: Mapping[int, Outcome]) -> None:
+        self._bar: Any = None
+        self._done = len(done)
+        self._failed = sum(outcome.failure is not None for outcome in done.values())
+        if progress:
+            from tqdm.auto import tqdm
+
+            label = progress if isinstance(progress, str) else None
+            self._bar = tqdm(total=rows, initial=self._done, desc=label, unit="row")
+
+    def __enter__(self) -> _Bar:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def under_way(self, runs: int) -> None:
+        """Show runs of a chunk that is not done."""
+        if self._bar is not None:
+            self._bar.update(self._done + runs - self._bar.n)
+
+    def update(self, outcomes: list[Outcome]) -> None:
+        """Count rows as done."""
+        self._done += len(outcomes)
+        self._failed += sum(outcome.failure is not None for outcome in outcomes)
+        if self._bar is not None and self._failed:
+            self._bar.set_postfix_str(f"{self._failed} with errors", refresh=False)
+        self.under_way(0)

@@ -1,0 +1,172 @@
+"""Rows of a sweep set up, run and measured: what a worker does."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.units import is_quantity, refuse_masked
+from ..errors import InvalidInput
+from ..events import Event
+from ..model.state import State
+from ..motion.simulation import System
+from ..record.integrators import Integrator
+from .many import integrate_many
+from .parameters import RNG, stream
+
+__all__ = ["Failure", "Job", "Measured", "Outcome", "Rows", "work", "work_sent"]
+
+#: Numbers and the parameters of rows.
+Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
+
+
+#: Of a row alone; Ctrl-C is of the whole sweep.
+_FAILURES = (Exception, SystemExit)
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Numbers (any shape) with the name of their unit, or a text."""
+
+    value: npt.NDArray[np.float64] | str
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What went wrong with a row: the name of the error, its text, and whether it came in setup, run or measure."""
+
+    name: str
+    text: str
+    stage: str
+
+    @classmethod
+    def of(cls, error: BaseException, stage: str) -> Failure:
+        """From an error."""
+        return cls(type(error).__name__, str(error), stage)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a row."""
+
+    row: int
+    values: dict[str, Measured]
+    failure: Failure | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What is done with each row; see :func:`fullbody.sweep`."""
+
+    setup: Callable[..., Any]
+    measure: Callable[..., Any]
+    until: Any
+    output: Any
+    integrator: Integrator | None
+    events: tuple[Event, ...]
+    dense: bool
+    threads: int | None
+    seed: Any
+    with_rng: bool
+
+
+def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
+    """The outcomes of rows, of a job that was packed for another process."""
+    outcomes: list[Outcome] = []
+    work(pickle.loads(packed), rows, outcomes)
+    return outcomes
+
+
+def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:
+    """Work on rows and append their outcomes, so that an interrupt leaves those that were done.
+
+    ``report`` is called with the number of runs that are done.
+    """
+    members: dict[int, tuple[System, State]] = {}
+    ends: dict[int, Any] = {}
+    for row, parameters in rows:
+        try:
+            ends[row] = _end(job.until, parameters)
+            members[row] = _member(job, row, parameters)
+        except _FAILURES as error:
+            outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
+    try:
+        runs = integrate_many(
+            list(members.values()),
+            [ends[row] for row in members],
+            job.output,
+            job.integrator,
+            job.events,
+            job.dense,
+            progress=False if report is None else lambda done, *_: report(done),
+            threads=job.threads,
+        )
+    except KeyboardInterrupt as interrupt:
+        runs = getattr(interrupt, "runs", [])
+        for row, run in zip(members, runs, strict=False):
+            if run is not None and getattr(run, "stop_reason", None) != "interrupted":
+                outcomes.append(_outcome(job, row, run))
+        raise
+    for row, run in zip(members, runs, strict=True):
+        outcomes.append(_outcome(job, row, run))
+
+
+def _end(until: Any, parameters: Mapping[str, Any]) -> Any:
+    if callable(until) and not is_quantity(until):
+        return until(**parameters)
+    return parameters[until] if isinstance(until, str) and until in parameters else until
+
+
+def _member(job: Job, row: int, parameters: Mapping[str, Any]) -> tuple[System, State]:
+    random = {RNG: stream(job.seed, row, 1)} if job.with_rng else {}
+    member = job.setup(**parameters, **random)
+    match member:
+        case (System() as system, State() as state):
+            return system, state
+    raise InvalidInput(f"the set-up gives {member!r}; expected (system, state)")
+
+
+def _outcome(job: Job, row: int, run: Any) -> Outcome:
+    """What came of a run, or of the error that ended it with the run so far."""
+    failure = None
+    if isinstance(run, BaseException):
+        failure = Failure.of(run, "run")
+        run = getattr(run, "run", None)
+    if run is None:
+        return Outcome(row, {}, failure)
+    try:
+        return Outcome(row, _measured(job.measure(run)), failure)
+    except _FAILURES as error:
+        # What ended the run came first.
+        return Outcome(row, {}, failure or Failure.of(error, "measure"))
+
+
+def _measured(found: Any) -> dict[str, Measured]:
+    if not isinstance(found, Mapping):
+        raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
+    for name in found:
+        if not isinstance(name, str) or not name or "/" in name:
+            raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
+    return {name: _value(value, name) for name, value in found.items()}
+
+
+def _value(value: Any, name: str) -> Measured:
+    if isinstance(value, str):
+        return Measured(value)
+    refuse_masked(value, name)
+    unit = str(value.unit) if is_quantity(value) else None
+    numbers = np.asarray(np.nan if value is None else value.value if unit is not None else value)
+    if numbers.dtype.kind not in "biuf":
+        raise InvalidInput(f"measure gives {name} = {value!r}; expected numbers, an array of numbers, or one text")
+    return Measured(np.array(numbers, dtype=np.float64), unit)
+
+
+def ordered(outcomes: Iterable[Outcome]) -> list[Outcome]:
+    """By the number of their rows."""
+    return sorted(outcomes, key=lambda outcome: outcome.row)

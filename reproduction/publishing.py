@@ -1,0 +1,56 @@
+"""What studies of many runs share: a command, and a folder with a report, its figures and its numbers."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fullbody.base.atomic import replacing
+from fullbody.commands.kw4.numbers import write_numbers
+from fullbody.errors import FullbodyError
+
+__all__ = ["Study", "command", "publish", "table"]
+
+#: What writes a study into a folder: a draft or all of it, with a bar or without one. Gives the report's path.
+Study = Callable[[Path, bool, bool], Path]
+
+
+def command(name: str, text: str, out: str, study: Study, argv: Sequence[str] | None) -> int:
+    """The command ``python -m reproduction.NAME``."""
+    parser = argparse.ArgumentParser(prog=f"python -m reproduction.{name}", description=text)
+    parser.add_argument("--out", type=Path, default=Path(out), help="folder (%(default)s)")
+    parser.add_argument("--draft", action="store_true", help="a small grid and short runs")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    arguments = parser.parse_args(argv)
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        report = study(arguments.out, arguments.draft, sys.stderr.isatty() and not arguments.quiet)
+    except (FullbodyError, OSError) as error:
+        print(f"reproduction: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt as interrupt:
+        print(f"reproduction: {interrupt}; the same command goes on from there", file=sys.stderr)
+        return 130
+    print(report.read_text(encoding="utf-8"))
+    print(f"The report is {report}")
+    return 0
+
+
+def publish(folder: Path, text: str, figures: Mapping[str, Any], numbers: Mapping[str, Any]) -> Path:
+    """Write ``report.md``, whose text shows the figures by name, the figures as PNG, and ``numbers.json`` at last."""
+    for name, figure in figures.items():
+        with replacing(folder / f"{name}.png") as temporary:
+            figure.savefig(temporary, dpi=130)
+    with replacing(folder / "report.md") as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    write_numbers(folder / "numbers.json", dict(numbers))
+    return folder / "report.md"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,0 +1,51 @@
+"""Sweeps that kill their process: ``python study.py FOLDER:DIE ...``; DIE is the number of set-ups that one lives for.
+
+Prints how each process ended.
+"""
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+import fullbody
+import h5netcdf  # noqa: F401  before the processes part
+import numpy as np
+import xarray  # noqa: F401
+from maps import circle
+
+LOGGED = []
+
+
+def done(row):
+    """Count set-ups, where the sweep does not look."""
+    log, left = LOGGED
+    with log.open("a") as file:
+        file.write(f"{row}\n")
+    LOGGED[1] = left - 1
+    if LOGGED[1] == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def setup(row, rng):
+    """A row that fails among others."""
+    sys.modules["__main__"].done(row)
+    if row == 5:
+        raise ValueError("the fifth")
+    return circle(rng.uniform(0.1, 0.9), rng.uniform(1.0, 2.0))
+
+
+def measure(run):
+    """Numbers, nan and text."""
+    return {"place": run.position[-1], "text": f"{run.statistics.steps} steps", "nothing": np.nan}
+
+
+if __name__ == "__main__":
+    for folder, _, die in (task.rpartition(":") for task in sys.argv[1:]):
+        child = os.fork()
+        if child == 0:
+            LOGGED[:] = Path(folder, "log"), int(die)
+            rows = {"row": range(12)}
+            fullbody.sweep(setup, rows, 5.0, measure=measure, store=Path(folder, "map.nc"), seed=3, chunk=2)
+            os._exit(0)
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))

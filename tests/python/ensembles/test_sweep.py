@@ -1,0 +1,269 @@
+"""Maps over parameters: what their rows are, what comes of them, and what goes wrong with single ones."""
+
+import fullbody
+import numpy as np
+import pandas as pd
+import pytest
+from astropy import units as u
+from fullbody import InvalidInput
+from fullbody.ensembles import draws, paired
+from maps import angle, assert_same, circle, expected
+from numpy.random import SeedSequence, default_rng
+from scipy import stats
+
+GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 2.0]}
+
+
+def test_a_grid():
+    found = fullbody.sweep(circle, GRID, 0.8, measure=angle)
+    assert dict(found.sizes) == {"mass": 3, "distance": 2, "place_0": 2, "place_1": 3}
+    assert found.angle.dims == ("mass", "distance")
+    assert found.place.dims == ("mass", "distance", "place_0", "place_1")
+    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.8), rtol=1e-12)
+    assert (found.error == "").all()
+
+
+def test_each_row_is_the_run_by_itself():
+    found = fullbody.sweep(circle, GRID, 0.8, measure=angle)
+    for mass in GRID["mass"]:
+        system, state = circle(mass, 2.0)
+        alone = system.integrate(state, 0.8)
+        assert (found.place.sel(mass=mass, distance=2.0).values == alone.position[-1]).all()
+
+
+def test_a_single_value_is_a_parameter_without_a_dimension():
+    found = fullbody.sweep(circle, {"mass": 0.5, "distance": (1.0, 2.0)}, 0.5, measure=angle)
+    assert found.angle.dims == ("distance",)
+    assert found.mass == 0.5
+    alone = fullbody.sweep(circle, {"mass": 0.5}, 0.5, measure=angle)
+    assert alone.angle.dims == ()
+    assert float(alone.angle) == float(found.angle[0])
+
+
+def test_columns_go_together():
+    rows = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 1.5, 2.0]}
+    found = fullbody.sweep(circle, paired(**rows), 0.5, measure=angle)
+    assert found.angle.dims == ("row",)
+    assert found.distance.dims == ("row",)
+    np.testing.assert_allclose(found.angle, expected(np.array(rows["mass"]), np.array(rows["distance"]), 0.5))
+    table = fullbody.sweep(circle, pd.DataFrame(rows), 0.5, measure=angle)
+    assert_same(found, table)
+    named = pd.DataFrame(rows, index=pd.Index(["x", "y", "z"], name="sample"))
+    found = fullbody.sweep(circle, named, 0.5, measure=angle)
+    assert found.angle.dims == ("sample",)
+    assert float(found.angle.sel(sample="y")) == float(table.angle[1])
+
+
+def test_a_list_is_a_product():
+    found = fullbody.sweep(
+        lambda mass, distance, kind: circle(mass, distance * (2.0 if kind == "wide" else 1.0)),
+        [{"kind": ["near", "wide"]}, paired(mass=[0.1, 0.5, 0.9], distance=[1.0, 1.5, 2.0])],
+        0.5,
+        measure=angle,
+    )
+    assert found.angle.dims == ("kind", "row")
+    wide = expected(found.mass, 2.0 * found.distance, 0.5)
+    np.testing.assert_allclose(found.angle.sel(kind="wide"), wide, rtol=1e-12)
+
+
+def test_what_is_given_reaches_the_set_up_as_it_is():
+    seen = []
+
+    def setup(**given):
+        seen.append(given)
+        return circle()
+
+    column = {"a": [1, 2], "b": np.array([1.5]), "c": ["x"], "d": [True], "e": [1, 2] * u.km, "f": 3 * u.deg}
+    fullbody.sweep(setup, column, 0.1, measure=lambda run: {})
+    assert len(seen) == 4
+    assert seen[1] == {"a": 1, "b": 1.5, "c": "x", "d": True, "e": 2 * u.km, "f": 3 * u.deg}
+    assert [type(seen[0][name]) for name in "abcd"] == [int, float, str, bool]
+
+
+def test_units():
+    def setup(distance):
+        body = fullbody.Body(fullbody.PointMass(), mass=1e12 * u.kg)
+        system = fullbody.System([body, body], units=True)
+        return system, fullbody.State([[0, 0, 0], [1, 0, 0]] * distance, np.zeros((2, 3)) * u.km / u.s)
+
+    def measure(run):
+        gap = np.linalg.norm(run.position[0, 1] - run.position[0, 0])
+        return {"gap": gap.to("m") if gap > 2.5 * u.km else gap}
+
+    found = fullbody.sweep(setup, {"distance": [2000, 3000] * u.m}, "1 min", measure=measure)
+    assert found.distance.attrs["units"] == "m"
+    assert found.gap.attrs["units"] == "km"
+    np.testing.assert_allclose(found.gap, [2.0, 3.0], rtol=1e-15)
+
+
+def test_draws_belong_to_the_row():
+    parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9)), {"distance": [1.0, 2.0]}]
+    found = fullbody.sweep(circle, parts, 0.5, measure=angle, seed=7)
+    assert found.mass.dims == found.angle.dims == ("draw", "distance")
+    # The first of two streams of each row's own is for the parameters, the second for the set-up.
+    streams = [row.spawn(2) for row in SeedSequence(7).spawn(6)]
+    assert found.mass.values.ravel().tolist() == [default_rng(first).uniform(0.1, 0.9) for first, _ in streams]
+    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.5), rtol=1e-12)
+
+    def setup(distance, rng):
+        return circle(rng.uniform(0.1, 0.9), distance)
+
+    inside = fullbody.sweep(setup, [draws(3), {"distance": [1.0, 2.0]}], 0.5, measure=angle, seed=7, chunk=4)
+    mass = np.reshape([default_rng(second).uniform(0.1, 0.9) for _, second in streams], (3, 2))
+    np.testing.assert_allclose(inside.angle, expected(mass, found.distance.values, 0.5), rtol=1e-12)
+
+
+def test_draws_of_scipy_and_of_quantities():
+    def setup(mass, distance):
+        return circle(mass, distance.to_value("km"))
+
+    parts = draws(4, mass=stats.uniform(0.1, 0.8), distance=lambda rng: rng.normal(2.0, 0.1) * u.km)
+    found = fullbody.sweep(setup, parts, 0.5, measure=angle, seed=[1, 2])
+    assert found.distance.attrs == {"units": "km"}
+    rng = default_rng(SeedSequence([1, 2]).spawn(1)[0].spawn(2)[0])
+    assert float(found.mass[0]) == stats.uniform(0.1, 0.8).rvs(random_state=rng)
+    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.5), rtol=1e-12)
+
+
+def test_the_end_may_be_a_parameter():
+    grid = {"mass": [0.1, 0.5], "distance": [1.0, 2.0]}
+    period = fullbody.sweep(
+        circle, grid, lambda mass, distance: 2 * np.pi / expected(mass, distance, 1.0) / 4, measure=angle
+    )
+    np.testing.assert_allclose(period.angle, np.pi / 2, rtol=1e-12)
+    named = fullbody.sweep(lambda end: circle(), {"end": [0.1, 0.2]}, "end", measure=angle)
+    np.testing.assert_allclose(named.angle, expected(0.5, 1.0, named.end), rtol=1e-12)
+
+
+def test_texts_and_what_is_left_out():
+    def measure(run):
+        far = run.position[0, 1, 0] > 1.5
+        return {"fate": "far", "radius": None} if far else {"fate": "near", "radius": 1.0, "also": True}
+
+    found = fullbody.sweep(circle, {"distance": [1.0, 2.0]}, 0.1, measure=measure)
+    assert found.fate.values.tolist() == ["near", "far"]
+    np.testing.assert_array_equal(found.radius, [1.0, np.nan])
+    np.testing.assert_array_equal(found.also, [1.0, np.nan])
+
+
+BALLS = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name=name) for name in "AB"]
+
+
+def troubles(kind):
+    """A row of its own for each thing that goes wrong."""
+    if kind == "setup":
+        raise ValueError("no such set-up")
+    if kind == "input":
+        return circle(mass=-1.0)
+    if kind == "pair":
+        return circle
+    still = np.zeros((2, 3))
+    places = [[0, 0, 0], [1, 0, 0]]
+    if kind == "collision":
+        return fullbody.System(BALLS, G=1.0), fullbody.State(places, still)
+    if kind == "overlap":
+        return fullbody.System(BALLS, G=1.0), fullbody.State([[0, 0, 0], [0.1, 0, 0]], still)
+    if kind == "singular":
+        system, state = circle()
+        return system, state.replace(velocity=still)
+    return circle(distance={"measure": 3.0, "ragged": 4.0, "kind": 5.0}.get(kind, 1.0))
+
+
+def troubled(run):
+    first = float(np.linalg.norm(run.position[0, 1] - run.position[0, 0])) if len(run) else np.nan
+    if first == 3.0:
+        raise KeyError("nothing there")
+    if first == 5.0:
+        return [first]
+    return {"first": first, "reason": run.stop_reason, "list": [1.0] * (2 if first == 4.0 else 3)}
+
+
+def test_what_goes_wrong_stays_in_its_row():
+    kinds = ["good", "setup", "input", "pair", "overlap", "collision", "singular", "measure", "kind", "ragged", "well"]
+    found = fullbody.sweep(troubles, {"kind": kinds}, 2.0, measure=troubled)
+    told = {kind: tuple(str(found[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
+    assert told["good"] == told["well"] == ("", "", "")
+    assert told["setup"] == ("ValueError", "no such set-up", "setup")
+    assert told["input"][::2] == ("InvalidInput", "setup")
+    assert "-1.0" in told["input"][1]
+    assert told["pair"][::2] == ("InvalidInput", "setup")
+    assert "expected (system, state)" in told["pair"][1]
+    assert told["overlap"][::2] == ("BodiesOverlap", "run")
+    assert told["collision"][::2] == ("BodiesOverlap", "run")
+    assert "A and B" in told["collision"][1]
+    assert told["singular"][0] in ("StepSizeTooSmall", "BodiesOverlap")
+    assert told["measure"] == ("KeyError", "'nothing there'", "measure")
+    assert told["kind"] == (
+        "InvalidInput",
+        "measure gives [5.0]; expected a dict of names to numbers, arrays or texts",
+        "measure",
+    )
+    assert "list of shape (2,), but of shape (3,) in row 0; expected one shape throughout" in told["ragged"][1]
+    # What there is of a run is measured; the collision of two spheres at rest is a result.
+    assert found.reason.sel(kind="collision") == "unfinished"
+    assert found["first"].sel(kind="collision") == 1.0
+    assert np.isnan(found["first"].sel(kind=["setup", "input", "overlap", "measure", "kind"])).all()
+    assert np.isnan(found["list"].sel(kind="ragged")).all()
+    assert (found["first"].sel(kind=["good", "well"]) == 1.0).all()
+    assert not np.isnan(found.where(found.error == "")["first"].sel(kind="good"))
+
+
+FAILURE = ("error", "error_text", "error_stage")
+
+
+def test_a_measure_may_not_take_a_parameters_name():
+    found = fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=lambda run: {"mass": 1.0})
+    assert (found.error == "InvalidInput").all()
+    assert "which is the name of a parameter" in str(found.error_text[0].values)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"setup": 3}, "setup is 3; expected a function"),
+        ({"measure": None}, "measure is None; expected a function"),
+        ({"parameters": 3}, "parameters has 3; expected a mapping"),
+        ({"parameters": []}, "parameters is empty"),
+        ({"parameters": {"mass": []}}, r"mass has shape \(0,\)"),
+        ({"parameters": {"mass": [[1.0, 2.0]]}}, r"mass has shape \(1, 2\)"),
+        ({"parameters": {"mass": [1.0, "2"]}}, "mass is .*, texts and others"),
+        ({"parameters": {"mass": [1.0, None]}}, "mass is"),
+        ({"parameters": {"mass": [1.0, 2.0 * u.kg]}}, "mass mixes Quantities and plain numbers"),
+        ({"parameters": {"mass": np.ma.array([1.0, 2.0], mask=[0, 1])}}, "mass has 1 masked"),
+        ({"parameters": {"mass": stats.norm()}}, r"fullbody.ensembles.draws\(..., mass=...\)"),
+        ({"parameters": {"masss": [1.0]}}, "'masss', which the set-up does not take; did you mean 'mass'"),
+        ({"parameters": {"rng": [1.0]}}, "kept for the random numbers"),
+        ({"parameters": {"not a name": [1.0]}}, "'not a name'"),
+        ({"parameters": [{"mass": [1.0]}, {"mass": [2.0]}]}, "'mass' twice"),
+        ({"parameters": [draws(2), draws(3)]}, "two dimensions of the name 'draw'"),
+        ({"parameters": paired(mass=[1.0], distance=[1.0, 2.0])}, "mass has 1, distance has 2; expected one length"),
+        ({"parameters": paired()}, "there are none"),
+        ({"parameters": draws(2, mass=stats.norm())}, "seed is None, but mass is drawn"),
+        (
+            {"parameters": draws(2, mass=lambda rng: rng.normal(size=2)), "seed": 1},
+            r"shape \(2,\); expected one number",
+        ),
+        ({"seed": 1}, "seed is 1, but nothing is drawn"),
+        ({"seed": -1}, "seed is -1; expected a whole number from zero"),
+        ({"seed": 1.5}, "seed is 1.5; expected"),
+        ({"setup": lambda mass, rng: None}, "seed is None, but the set-up takes rng"),
+        ({"setup": lambda mass, size: None}, "no 'size', which the set-up needs"),
+        ({"integrator": "ias15"}, "integrator is 'ias15'"),
+        ({"events": [1]}, "events has 1"),
+        ({"until": "soon"}, "until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'"),
+        ({"threads": 0}, "threads is 0; expected a whole number above zero"),
+        ({"chunk": 2.5}, "chunk is 2.5; expected a whole number above zero"),
+        ({"executor": 3}, "executor is 3; expected one with the interface of concurrent.futures"),
+    ],
+)
+def test_arguments_that_cannot_be_used(change, text):
+    arguments = {"setup": circle, "parameters": {"mass": [0.1]}, "until": 0.1, "measure": angle} | change
+    with pytest.raises(InvalidInput, match=text):
+        fullbody.sweep(**arguments)
+
+
+def test_draws_are_checked():
+    with pytest.raises(InvalidInput, match="count is 0"):
+        draws(0)
+    with pytest.raises(InvalidInput, match="mass is 3; expected a function"):
+        draws(2, mass=3)

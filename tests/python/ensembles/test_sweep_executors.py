@@ -1,0 +1,196 @@
+"""Sweeps by other workers: threads, processes, clusters; and workers that die."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import fullbody
+import fullbody.ensembles.store
+import numpy as np
+import pytest
+from fullbody import FullbodyError, Interrupted, InvalidInput
+from maps import angle, assert_same, circle
+
+HERE = Path(__file__).parent
+SPAWN = multiprocessing.get_context("spawn")
+
+
+def swept(**changes):
+    arguments = {"setup": circle, "parameters": {"mass": np.linspace(0.1, 0.9, 7)}, "until": 0.5, "measure": angle}
+    return fullbody.sweep(**{**arguments, "chunk": 2, **changes})
+
+
+def random(mass, rng):
+    return circle(mass, rng.uniform(1.0, 2.0))
+
+
+class Inline:
+    """The interface of concurrent.futures alone. Calls whose turn is in ``failing`` have the error instead."""
+
+    def __init__(self, failing=(), error=None):
+        self.failing, self.error, self.calls = failing, error, 0
+
+    def submit(self, function, *args):
+        future = Future()
+        self.calls += 1
+        if self.calls in self.failing:
+            future.set_exception(self.error)
+        else:
+            future.set_result(function(*args))
+        return future
+
+
+def test_threads():
+    with ThreadPoolExecutor(2) as executor:
+        held = threading.Lock()
+
+        def measure(run):
+            with held:
+                return angle(run)
+
+        assert_same(swept(executor=executor, measure=measure), swept())
+        assert_same(swept(executor=executor, setup=random, seed=1), swept(setup=random, seed=1, chunk=5))
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with ProcessPoolExecutor(2, mp_context=SPAWN) as executor:
+        yield executor
+
+
+def test_processes(processes, tmp_path):
+    # Functions that are no module's go there whole.
+    power = 2.0
+    found = swept(
+        executor=processes,
+        setup=lambda mass, rng: random(mass, rng),
+        measure=lambda run: {"angle": angle(run)["angle"] ** power, "process": float(os.getpid() == parent)},
+        seed=[1, 2],
+        store=tmp_path / "map.nc",
+    )
+    here = swept(setup=random, seed=[1, 2])
+    np.testing.assert_array_equal(found.angle, here.angle**2)
+    assert (found.process == 0.0).all()
+
+
+parent = os.getpid()
+
+
+def test_what_goes_wrong_in_a_worker_stays_in_its_row(processes):
+    def setup(mass):
+        if mass > 0.8:
+            raise SystemExit("no more")
+        return circle(mass)
+
+    found = swept(executor=processes, setup=setup)
+    assert found.error.values.tolist() == [""] * 6 + ["SystemExit"]
+    with pytest.raises(InvalidInput, match=r"the sweep cannot be sent to other processes: .*lock"):
+        swept(executor=processes, setup=lambda mass, lock=threading.Lock(): circle(mass))  # noqa: B008
+
+
+def test_workers_take_one_thread_each():
+    threads = []
+
+    class Spy(Inline):
+        def submit(self, function, *args):
+            threads.append(__import__("cloudpickle").loads(function.args[0]).threads)
+            return super().submit(function, *args)
+
+    swept(executor=Spy())
+    swept(executor=Spy(), threads=3)
+    assert threads == [1] * 4 + [3] * 4
+
+
+def test_a_chunk_that_fails_is_given_out_again():
+    executor = Inline((2, 3), RuntimeError("a worker was lost"))
+    assert_same(swept(executor=executor), swept())
+    assert executor.calls == 6
+
+
+def test_a_chunk_that_fails_everywhere(tmp_path):
+    executor = Inline((2, 5, 6), RuntimeError("a worker was lost"))
+    with pytest.raises(
+        FullbodyError, match=r"rows 2 to 3 failed in 3 workers, .* RuntimeError: a worker was lost"
+    ) as caught:
+        swept(executor=executor, store=tmp_path / "map.nc")
+    assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 2 + [True] * 2 + [False] * 3
+    assert len(list((tmp_path / "map.nc.parts").glob("*.npz"))) == 3
+    assert_same(swept(store=tmp_path / "map.nc"), swept())
+
+
+def test_a_store_that_cannot_be_written(tmp_path, monkeypatch):
+    def full(self, outcomes):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(fullbody.ensembles.store.Store, "add", full)
+    with pytest.raises(OSError, match="No space left"):
+        swept(executor=Inline(), store=tmp_path / "map.nc")
+
+
+def test_a_bar_counts_rows(capsys):
+    for executor in (None, Inline()):
+        swept(executor=executor, setup=lambda mass: circle(mass) if mass < 0.8 else None, progress="a map")
+        text = capsys.readouterr().err.split("\r")[-1]
+        assert "a map: 100%" in text
+        assert "7/7" in text
+        assert "1 with errors" in text
+
+
+def test_ctrl_c_in_a_worker():
+    with pytest.raises(Interrupted) as caught:
+        swept(executor=Inline((3,), KeyboardInterrupt()))
+    # What was there when it came is kept.
+    assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 2 + [False]
+
+
+def test_what_is_not_begun_is_called_off():
+    held = []
+
+    class Slow(Inline):
+        def submit(self, function, *args):
+            held.append(Future() if held else super().submit(function, *args))
+            return held[-1]
+
+    with pytest.raises(Interrupted):
+        swept(executor=Slow((1,), KeyboardInterrupt()))
+    assert [future.cancelled() for future in held] == [False, True, True, True]
+
+
+def dying(folder):
+    def setup(mass):
+        if mass > 0.6 and not os.path.exists(f"{folder}/died"):
+            Path(folder, "died").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return circle(mass)
+
+    return setup
+
+
+def test_a_worker_of_processes_dies(tmp_path):
+    setup = dying(tmp_path)
+    with ProcessPoolExecutor(1, mp_context=SPAWN) as executor:
+        with pytest.raises(FullbodyError, match="has lost a worker, by a crash or for want of memory") as caught:
+            swept(setup=setup, executor=executor, store=tmp_path / "map.nc")
+        assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 3
+        assert "4 of 7 rows are done" in caught.value.__notes__[0]
+    assert_same(swept(setup=setup, store=tmp_path / "map.nc"), swept())
+
+
+@pytest.mark.timeout(120)
+def test_a_worker_of_dask_dies(tmp_path):
+    """What it held is computed by another, and the map is the one of a single process."""
+    subprocess.run([sys.executable, HERE / "cluster.py", tmp_path], check=True, timeout=110)
+    assert (tmp_path / "died").exists()
+    assert (tmp_path / "dask.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()
+    rows, workers = zip(*(line.split() for line in (tmp_path / "log of dask").read_text().splitlines()), strict=True)
+    # What the dead worker had not yet given away is computed again, but is in the map once.
+    assert set(rows) == {str(row) for row in range(12)}
+    assert rows.count("5") >= 2
+    assert len(set(workers)) >= 2
+    # An active client does not keep a run from its file.
+    assert len(fullbody.load(tmp_path / "run.nc"))

@@ -1,0 +1,315 @@
+"""Stores of sweeps: what is cut short goes on, what has changed is refused, what is damaged is named."""
+
+import functools
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import fullbody
+import numpy as np
+import pytest
+import xarray as xr
+from fullbody import FullbodyError, Interrupted, InvalidInput, Verner98, events
+from fullbody.ensembles import store as stores
+from maps import angle, assert_same, circle
+
+HERE = Path(__file__).parent
+GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 200.0]}
+
+
+def swept(store, **changes):
+    arguments = {"setup": circle, "parameters": GRID, "until": 0.5, "measure": angle, "chunk": 2} | changes
+    return fullbody.sweep(**arguments, store=store)
+
+
+@pytest.fixture
+def begun(tmp_path):
+    """A folder of two chunks of three."""
+    folder = tmp_path / "map"
+    swept(folder)
+    (folder / "00000004.npz").unlink()
+    return folder
+
+
+def test_the_map_is_a_file(tmp_path):
+    found = swept(tmp_path / "map.nc")
+    assert_same(found, swept(None))
+    assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
+    with xr.open_dataset(tmp_path / "map.nc") as file:
+        assert_same(found, file.load())
+    # Again: nothing is computed, since nothing may be written.
+    content = (tmp_path / "map.nc").read_bytes()
+    assert_same(found, swept(tmp_path / "map.nc"))
+    assert (tmp_path / "map.nc").read_bytes() == content
+
+
+def test_a_folder_of_chunks(tmp_path):
+    found = swept(tmp_path / "map")
+    names = ["00000000.npz", "00000002.npz", "00000004.npz", "lock", "sweep.json"]
+    assert sorted(path.name for path in (tmp_path / "map").iterdir()) == names
+    assert_same(found, swept(None))
+    assert_same(found, swept(tmp_path / "map"))
+
+
+def test_killed_and_called_again(tmp_path):
+    """At once, in the middle of a chunk, between two chunks; each sweep goes on where the last one was."""
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    whole.mkdir()
+    broken.mkdir()
+    path = os.pathsep.join([str(HERE), str(HERE.parent), *sys.path])
+    # Of 2, 5 and 4 set-ups, 0, 4 and 2 are those of whole chunks; 6 rows are left.
+    command = [sys.executable, HERE / "study.py", f"{whole}:0", *(f"{broken}:{die}" for die in (2, 5, 4, 0))]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+    assert [int(code) for code in done.stdout.split()] == [0, *[-signal.SIGKILL] * 3, 0]
+    assert (broken / "map.nc").read_bytes() == (whole / "map.nc").read_bytes()
+    rows = [int(row) for row in (broken / "log").read_text().split()]
+    assert rows == [*range(2), *range(5), *range(4, 8), *range(6, 12)]
+    with xr.open_dataset(whole / "map.nc") as found:
+        assert found.error.values.tolist() == [""] * 5 + ["ValueError"] + [""] * 6
+        assert np.isfinite(found.place.where(found.error == "", 0.0)).all()
+
+
+def test_other_chunks_go_on_too(begun):
+    assert_same(swept(begun, chunk=5), swept(None))
+
+
+FACTOR = 2.0
+
+
+def helper(run):
+    return {"angle": FACTOR * angle(run)["angle"]}
+
+
+def using(run):
+    return helper(run)
+
+
+def scaled(factor, run=None, /, *, power=1):
+    return (lambda run: {"angle": factor * angle(run)["angle"] ** power}) if run is None else None
+
+
+SAME = {
+    "measure": using,
+    "setup": functools.partial(circle, distance=1.0),
+    "parameters": {"mass": [0.1, 0.5]},
+    "integrator": Verner98(1e-9),
+    "events": [events.Separation(0, 1, 3.0)],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({"setup": functools.partial(circle, distance=1.5)}, "setup"),
+        ({"setup": lambda mass: circle(mass)}, "setup"),
+        ({"measure": helper}, "measure"),
+        ({"measure": scaled(1.0)}, "measure"),
+        ({"until": 0.6}, "until"),
+        ({"until": lambda mass: 0.5}, "until"),
+        ({"output": 0.1}, "output"),
+        ({"integrator": Verner98(1e-8)}, "integrator"),
+        ({"integrator": None}, "integrator"),
+        ({"events": [events.Separation(0, 1, 4.0)]}, "events"),
+        ({"dense": True}, "dense"),
+        ({"parameters": {"mass": [0.1, 0.6]}}, "parameter mass"),
+        ({"parameters": {"mass": [0.1, 0.5, 0.6]}}, "dimensions, parameter mass"),
+        (
+            {"parameters": fullbody.ensembles.draws(2, mass=lambda rng: 0.1), "seed": 1},
+            "seed, dimensions, parameter mass",
+        ),
+    ],
+)
+def test_another_sweep_is_refused_by_what_differs(tmp_path, change, name):
+    for store in (tmp_path / "map.nc", tmp_path / "map"):
+        swept(store, **SAME)
+        swept(store, **SAME, threads=1)
+        with pytest.raises(
+            InvalidInput, match=f"{store.name} has a sweep that differs in: {name}.*; expected the same"
+        ):
+            swept(store, **{**SAME, **change})
+
+
+def test_what_functions_use_is_looked_at(tmp_path, monkeypatch):
+    swept(tmp_path / "map.nc", **SAME)
+    monkeypatch.setitem(globals(), "FACTOR", 3.0)
+    with pytest.raises(InvalidInput, match=r"differs in: measure \(helper\);"):
+        swept(tmp_path / "map.nc", **SAME)
+
+
+def test_another_version_is_refused(tmp_path, monkeypatch):
+    swept(tmp_path / "map.nc")
+    monkeypatch.setattr(sys.modules["fullbody.ensembles.sweep"], "version", lambda: "99")
+    with pytest.raises(InvalidInput, match="differs in: version of fullbody;"):
+        swept(tmp_path / "map.nc")
+
+
+def outcome(store):
+    """The error of a sweep, or the map as text."""
+    try:
+        return repr(swept(store).to_dict())
+    except InvalidInput as error:
+        return str(error)
+
+
+def test_a_damaged_chunk_is_named(begun):
+    chunk = begun / "00000002.npz"
+    whole, unbroken = chunk.read_bytes(), outcome(None)
+    last = begun / "00000004.npz"
+    rng = np.random.default_rng(1)
+    found = []
+    for place in rng.integers(len(whole), size=60):
+        damaged = bytearray(whole)
+        damaged[place] ^= 0x10
+        chunk.write_bytes(damaged)
+        found.append(outcome(begun))
+        last.unlink(missing_ok=True)
+    # The damage may be where nothing stands, such as a date.
+    wrong = [text for text in found if text != unbroken]
+    assert len(wrong) > 30
+    assert {text.split(" cannot ")[0].split(" is ")[0] for text in wrong} == {str(chunk)}
+    for size in (0, 10, len(whole) // 2, len(whole) - 1):
+        chunk.write_bytes(whole[:size])
+        with pytest.raises(InvalidInput, match=r"00000002.npz is truncated or damaged; where it is deleted"):
+            swept(begun)
+    chunk.unlink()
+    assert_same(swept(begun), swept(None))
+
+
+def test_a_foreign_chunk_is_named(begun, tmp_path):
+    swept(tmp_path / "other", until=0.4)
+    shutil.copy(tmp_path / "other" / "00000002.npz", begun)
+    with pytest.raises(InvalidInput, match=r"00000002.npz cannot be used: it belongs to another sweep"):
+        swept(begun)
+    np.savez(begun / "00000002.npz", x=1.0)
+    with pytest.raises(InvalidInput, match=r"00000002.npz is truncated or damaged"):
+        swept(begun)
+    shutil.copy(begun / "00000000.npz", begun / "00000002.npz")
+    with pytest.raises(InvalidInput, match=r"00000002.npz has row 0 once more"):
+        swept(begun)
+
+
+def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
+    run = fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0)
+    run.save(tmp_path / "run.nc")
+    (tmp_path / "text.nc").write_text("mine")
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "notes.txt").write_text("mine")
+    swept(tmp_path / "changed.nc")
+    changed = xr.load_dataset(tmp_path / "changed.nc")
+    changed.to_netcdf(tmp_path / "changed.nc", engine="h5netcdf")
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    for name, text in {
+        "run.nc": "run.nc is no map of a sweep: it is something else",
+        "text.nc": "text.nc is no map of a sweep: it is not a NetCDF file",
+        "changed.nc": "changed.nc is no map of a sweep: another program wrote it, or changed it",
+        "file": "file is a file; expected a folder, or a name that ends in .nc",
+        "folder": "folder has notes.txt, but no sweep; expected a new or empty folder",
+    }.items():
+        with pytest.raises(InvalidInput, match=text):
+            swept(tmp_path / name)
+    with pytest.raises(FileNotFoundError, match=r"no folder .*nowhere to keep map.nc in"):
+        swept(tmp_path / "nowhere" / "map.nc")
+    with pytest.raises(InvalidInput, match="store is 3; expected the name of a file"):
+        swept(3)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "sweep.json").write_text("[1")
+    with pytest.raises(InvalidInput, match="damaged has a damaged description"):
+        swept(tmp_path / "damaged")
+
+
+def test_one_process_at_a_time(begun):
+    code = "import fcntl, sys; f = open(sys.argv[1], 'a'); fcntl.lockf(f, fcntl.LOCK_EX); print(1, flush=True); input()"
+    command = [sys.executable, "-c", code, begun / "lock"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout.readline()
+        with pytest.raises(FullbodyError, match=r"another process works on .*map; expected one at a time"):
+            swept(begun)
+        other.stdin.close()
+    assert_same(swept(begun), swept(None))
+
+
+def test_what_a_killed_process_left_is_taken_away(begun):
+    left = begun / f".00000004.{'0' * 32}.part.npz"
+    left.write_bytes(b"half")
+    swept(begun)
+    assert not left.exists()
+
+
+class _Once:
+    """Fails once; pickles and counts as if it had not, for a store looks at what a measure uses."""
+
+    def __init__(self, error):
+        self.error, self.left = error, 1
+
+    def __reduce__(self):
+        return _Once, ()
+
+    def __call__(self, run):
+        if self.left and run.system.masses[1] == 0.9:
+            self.left = 0
+            raise self.error
+        return angle(run)
+
+
+@pytest.mark.parametrize("store", [None, "map.nc"])
+def test_ctrl_c(tmp_path, store):
+    path = store and tmp_path / store
+    measure = _Once(KeyboardInterrupt())
+    rows = {"mass": [0.1, 0.3, 0.9, 0.5, 0.7]}
+    with pytest.raises(
+        Interrupted, match=rf"2 of 5 rows are done, in {'.*map.nc and in ' if store else ''}.dataset"
+    ) as caught:
+        swept(path, measure=measure, parameters=rows, chunk=4)
+    assert caught.value.dataset.error.values.tolist() == ["", "", "NotComputed", "NotComputed", "NotComputed"]
+    whole = swept(None, parameters=rows)
+    np.testing.assert_array_equal(caught.value.dataset.angle[:2], whole.angle[:2])
+    if store:
+        assert json.loads((tmp_path / "map.nc.parts" / "sweep.json").read_text())["seed"] == "None"
+        assert [path.name for path in tmp_path.rglob("*.npz")] == ["00000000.npz"]
+        assert_same(swept(path, measure=measure, parameters=rows), whole)
+
+
+class _During(_Once):
+    """An event's function that is interrupted in the middle of a run; runs end in their middle."""
+
+    def __reduce__(self):
+        return _During, (None,)
+
+    def __call__(self, state):
+        if self.left and np.linalg.norm(state.velocity[1]) > 1.35 and state.time > 0.2:
+            self.left = 0
+            raise self.error
+        return 1.0
+
+
+def test_ctrl_c_in_a_run(tmp_path):
+    """The runs before are kept, and the one that was interrupted is none."""
+    watch = [events.Function(_During(KeyboardInterrupt()))]
+    rows = {"mass": [0.1, 0.3, 0.9, 0.5]}
+    with pytest.raises(Interrupted) as caught:
+        swept(tmp_path / "map", parameters=rows, events=watch, chunk=4, threads=1)
+    assert caught.value.dataset.error.values[[0, 2]].tolist() == ["", "NotComputed"]
+    assert_same(swept(tmp_path / "map", parameters=rows, events=watch), swept(None, parameters=rows))
+
+
+def test_a_full_disk_loses_nothing_that_is_done(tmp_path, monkeypatch):
+    add, calls = stores.Store.add, []
+
+    def full(self, outcomes):
+        calls.append(outcomes)
+        if len(calls) == 2:
+            raise OSError(28, "No space left on device")
+        add(self, outcomes)
+
+    monkeypatch.setattr(stores.Store, "add", full)
+    with pytest.raises(OSError, match="No space left") as caught:
+        swept(tmp_path / "map.nc")
+    assert (caught.value.dataset.error != "NotComputed").sum() == 4
+    assert "4 of 6 rows are done" in caught.value.__notes__[0]
+    assert_same(swept(tmp_path / "map.nc"), swept(None))
