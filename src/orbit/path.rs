@@ -97,10 +97,16 @@ pub struct Place {
     pub inverse_cube: f64,
 }
 
+impl Place {
+    #[inline(always)]
+    fn new(position: Vec3, inverse_square: f64) -> Self {
+        Self { position, inverse_square, inverse_cube: inverse_square * inverse_square.sqrt() }
+    }
+}
+
 impl From<Vec3> for Place {
     fn from(position: Vec3) -> Self {
-        let inverse_square = 1.0 / position.norm_squared();
-        Self { position, inverse_square, inverse_cube: inverse_square * inverse_square.sqrt() }
+        Self::new(position, 1.0 / position.norm_squared())
     }
 }
 
@@ -120,8 +126,8 @@ pub struct OrbitCells {
 struct Cell {
     /// Its middle, in half widths.
     middle: f64,
-    /// Of the numbers of a [`Place`], by powers of the time in the stretch, from -1 to 1.
-    coefficients: [[f64; 5]; OrbitCells::TERMS],
+    /// Of the position and 1/r^2, by powers of the time in the stretch, from -1 to 1.
+    coefficients: [[f64; 4]; OrbitCells::TERMS],
 }
 
 impl Cell {
@@ -140,7 +146,7 @@ impl OrbitCells {
     /// Of an orbit.
     pub fn new(orbit: OrbitPath) -> Self {
         let half_width = orbit.half_width();
-        let none = Cell { middle: f64::NAN, coefficients: [[0.0; 5]; Self::TERMS] };
+        let none = Cell { middle: f64::NAN, coefficients: [[0.0; 4]; Self::TERMS] };
         Self { orbit, half_width, per_half_width: 1.0 / half_width, cells: [none.clone(), none] }
     }
 
@@ -158,16 +164,15 @@ impl OrbitCells {
             None => self.turn_to(widths)?,
         };
         let square = x * x;
-        let (mut even, mut odd) = ([0.0; 5], [0.0; 5]);
+        let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
         for pair in self.cells[0].coefficients.as_chunks::<2>().0.iter().rev() {
-            for k in 0..5 {
+            for k in 0..4 {
                 even[k] = even[k] * square + pair[0][k];
                 odd[k] = odd[k] * square + pair[1][k];
             }
         }
         let number = |k: usize| even[k] + odd[k] * x;
-        let position = Vec3::new(number(0), number(1), number(2));
-        Ok(Place { position, inverse_square: number(3), inverse_cube: number(4) })
+        Ok(Place::new(Vec3::new(number(0), number(1), number(2)), number(3)))
     }
 
     /// Takes the stretch of a time in hand; gives the time in it.
@@ -183,19 +188,18 @@ impl OrbitCells {
     fn fill(&mut self, middle: f64) -> Result<()> {
         let n = Self::TERMS as f64;
         self.cells[0].middle = f64::NAN;
-        let mut chebyshev = [[0.0; 5]; Self::TERMS];
+        let mut chebyshev = [[0.0; 4]; Self::TERMS];
         for k in 0..Self::TERMS {
             let angle = PI * (k as f64 + 0.5) / n;
             let (position, _) = self.orbit.after((middle + angle.cos()) * self.half_width)?;
-            let Place { inverse_square, inverse_cube, .. } = Place::from(position);
-            let numbers = [position.x, position.y, position.z, inverse_square, inverse_cube];
+            let numbers = [position.x, position.y, position.z, 1.0 / position.norm_squared()];
             for (j, c) in chebyshev.iter_mut().enumerate() {
                 let weight = (j as f64 * angle).cos() * if j == 0 { 1.0 } else { 2.0 } / n;
                 c.iter_mut().zip(numbers).for_each(|(c, number)| *c += weight * number);
             }
         }
         // By powers of the time: the terms fall so fast that nothing is lost.
-        let mut by_powers = [[0.0; 5]; Self::TERMS];
+        let mut by_powers = [[0.0; 4]; Self::TERMS];
         let (mut last, mut present) = ([0.0; Self::TERMS], [0.0; Self::TERMS]);
         present[0] = 1.0;
         for (j, c) in chebyshev.iter().enumerate() {
