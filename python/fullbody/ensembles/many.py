@@ -73,7 +73,7 @@ def integrate_many(
     Raises
     ------
     InvalidInput
-        For options that no member can be run with.
+        For ``members``, ``events`` and ``threads`` that are none, and for sequences of another length than the members.
     Interrupted
         On Ctrl-C, within 100 ms; a KeyboardInterrupt. Its ``.runs`` is the list as far as it goes: whole runs,
         interrupted ones (``run.stop_reason`` tells), and ``None`` for members that had not begun. Errors of the
@@ -156,7 +156,8 @@ class _Many:
             try:
                 given = self._prepared(index, *parts)
             except Exception as error:
-                self.answers[index] = error
+                # A traceback would keep all members alive.
+                self.answers[index] = error.with_traceback(None)
                 self.refused += 1
                 continue
             yield given

@@ -56,7 +56,7 @@ def test_failed_save_leaves_the_old_file(kw4_run, tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
     kw4_run.save(path)
     before = path.read_bytes()
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr("xarray.Dataset.dump_to_store", lambda *_, **__: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         kw4_run.save(path)
     assert path.read_bytes() == before

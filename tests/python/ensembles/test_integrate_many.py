@@ -156,6 +156,8 @@ def test_each_failure_is_the_answer_of_its_own_member():
     assert errors["collides"].run.stop_reason == "unfinished"
     assert "at the start" in str(errors["overlaps"])
     assert errors["overlaps"].run is None
+    # No frames are kept, which would hold whatever was at hand.
+    assert all(error.__traceback__ is None for error in errors.values())
     assert str(errors["is no pair"]).startswith("member 5 is System(")
 
 
