@@ -65,38 +65,41 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
     )
 
 
+#: How many mean motions a combination of frequencies may be from zero near a resonance.
+NEAR = 0.03
+
+
 def counts(found: xarray.Dataset) -> dict[str, Any]:
-    """By beta: the share of unstable attitudes, among those near a resonance of the linear theory and far from all."""
-    near = nearness(*np.meshgrid(found.a_b, found.b_c, indexing="ij")) < NEAR
+    """By beta: the unstable shapes among all, among those near each resonance of the theory, and far from them."""
+    three = theory.frequencies(*np.meshgrid(found.a_b, found.b_c, indexing="ij"))
+    near = {name: np.abs(vanishing(*three)) < NEAR for name, vanishing in theory.RESONANCES.items()}
+    where = {"all": np.full(three[0].shape, True), **near, "none of these": ~np.any(list(near.values()), axis=0)}
     told = {}
     for beta in found.beta.values:
         part = found.sel(beta=beta)
-        unstable = part.tumbles.values == 1.0
-        days = part.tumbling_time.values[unstable] / 24.0
+        days = part.tumbling_time.values[part.tumbles.values == 1.0] / 24.0
         told[f"{beta:g}"] = {
-            "runs": part["roll"].size,
             "errors": int((part.error != "").sum()),
-            "unstable": float(unstable.mean()),
-            "near": float(near.mean()),
-            "unstable_near": float(unstable[near].mean()) if near.any() else np.nan,
-            "unstable_far": float(unstable[~near].mean()) if not near.all() else np.nan,
             "unstable_day_median": float(np.median(days)) if len(days) else np.nan,
-            # Half a turn stands for all beyond it: a rotation about the long axis.
-            "rolls_over": float((part["roll"] == np.pi).mean()),
             "yaw_beyond_90": float((part.yaw > np.pi / 2).mean()),
             "largest_drift": float(part.energy_drift_orbital.max()),
+            "near": {name: _shapes(part, place) for name, place in where.items()},
         }
     return told
 
 
-#: Of frequencies from a resonance, in mean motions.
-NEAR = 0.03
-
-
-def nearness(a_b: Any, b_c: Any) -> Any:
-    """How far the nearest of the resonances is, in mean motions."""
-    three = theory.frequencies(a_b, b_c)
-    return np.min([np.abs(vanishing(*three)) for vanishing in theory.RESONANCES.values()], axis=0)
+def _shapes(part: xarray.Dataset, place: Any) -> dict[str, float]:
+    """What the shapes at some places of the map do; angles in degrees."""
+    roll, tumbles = (part[name].values[place] for name in ("roll", "tumbles"))
+    if not len(roll):
+        return {"shapes": 0, "unstable": np.nan, "rolls_over": np.nan, "roll_median": np.nan}
+    return {
+        "shapes": len(roll),
+        "unstable": float(np.mean(tumbles == 1.0)),
+        # Half a turn stands for all beyond it: a rotation about the long axis.
+        "rolls_over": float(np.mean(roll == np.pi)),
+        "roll_median": float(np.rad2deg(np.nanmedian(roll))),
+    }
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
@@ -114,16 +117,24 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
 
 
 def _text(numbers: dict[str, Any]) -> str:
-    names = ("unstable", "near", "unstable_near", "unstable_far", "rolls_over", "yaw_beyond_90")
     rows = [
-        [beta, str(one["runs"]), *(_percent(one[name]) for name in names), _days(one["unstable_day_median"])]
+        [
+            beta,
+            name,
+            str(shapes["shapes"]),
+            _percent(shapes["unstable"]),
+            _percent(shapes["rolls_over"]),
+            "-" if np.isnan(shapes["roll_median"]) else f"{shapes['roll_median']:.1f}",
+        ]
         for beta, one in numbers["counts"].items()
+        for name, shapes in one["near"].items()
     ]
-    head = ["beta", "runs", "unstable", "near a resonance", "unstable of these", "unstable elsewhere", "rolls over"]
+    head = ["beta", "near", "shapes", "unstable", "rolls over", "largest roll, median, degrees"]
     listed = {
         name: "\n".join(f"- **{key}**: {value}." for key, value in numbers[name].items())
         for name in ("stated", "assumed")
     }
+    days = ", ".join(f"{_days(one['unstable_day_median'])} (beta {beta})" for beta, one in numbers["counts"].items())
     drift = max(one["largest_drift"] for one in numbers["counts"].values())
     return f"""# The attitude of Dimorphos: {numbers["paper"]}
 
@@ -132,10 +143,10 @@ read. What it states stands below, with what is assumed.
 
 ![Largest roll, pitch and yaw](map.png)
 
-{table([*head, "yaw beyond 90 deg", "unstable from day, median"], rows)}
+{table(head, rows)}
 
-Unstable is a roll, pitch or yaw beyond {np.rad2deg(UNSTABLE):g} degrees; near a resonance is where one of the \
-combinations below is within {NEAR:g} mean motions of zero. The energy of the orbit drifts by at most {drift:.1g}.
+Unstable is a roll, pitch or yaw beyond {np.rad2deg(UNSTABLE):g} degrees within the year, for the first time on day \
+{days} in the median; near is within {NEAR:g} mean motions. The energy of the orbit drifts by at most {drift:.1g}.
 
 The lines are resonances of the linear theory, on a circular orbit about a point:
 

@@ -15,8 +15,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Write the report and print it."""
     text = (
         "Run two ellipsoids from the moment of rotational fission on, 19,980 times, and write report.md, figures and "
-        "numbers.json beside the statements of Ho, Wold, Poursina & Conway (2022). Takes about an hour on two cores; "
-        "when it is cut short, the same command goes on from there."
+        "numbers.json beside the statements of Ho, Wold, Poursina & Conway (2022). Takes about ten minutes on two "
+        "cores; when it is cut short, the same command goes on from there."
     )
     return command("ho2022", text, "out/fission", write, argv)
 

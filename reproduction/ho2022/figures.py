@@ -33,9 +33,9 @@ def _fates(part: xarray.Dataset) -> Figure:
         for fate, colour in _COLOURS.items():
             shown = np.where(one.fate.values == fate, 1.0, np.nan)
             axis.pcolormesh(*place, shown, cmap=ListedColormap([colour]), shading="nearest")
-        ends = np.where(one.fate.values == "impact", one.end.values, np.nan)
+        ends = np.where(one.fate.values == "contact", one.fate_time.values, np.nan)
         image = axis.pcolormesh(*place, ends, cmap="Greens_r", norm=LogNorm(5e-3, 5e3), shading="nearest")
-        share = 100 * float((one.fate == "impact").mean())
+        share = 100 * float((one.fate == "contact").mean())
         axis.set_title(f"{case}: {share:.0f} % impacts", fontsize=10)
     for axis in axes[-1]:
         axis.set_xlabel("tilt of the secondary [deg]")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import fullbody
 import numpy as np
-from fullbody import Run, State, System, Verner98, events
+from fullbody import Run, State, System, Verner98, ensembles, events
 
 from ..publishing import publish, table
 from . import figures, paper
@@ -38,21 +38,16 @@ def setup(excess: float, case: str, mass_ratio: float, tilt: float) -> tuple[Sys
 
 def measure(run: Run) -> dict[str, Any]:
     """How and when a run ended, how far apart the bodies were, and when the secondary turned too fast."""
-    fate = {"Contact": "impact", "Escape": "escape"}.get(
-        type(run.events[-1].event).__name__ if run.events else "", "bound"
-    )
     gap = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     secondary: Any = run.system["secondary"]
     spin = np.linalg.norm(run.spin[:, 1], axis=1) / spin_limit(secondary.shape.semi_axes, secondary.density)
     fast = np.flatnonzero(spin >= 1.0)
-    return {
-        "fate": fate,
-        "end": run.time[-1],
+    own = {
         "farthest": gap.max() / gap[0],
         "spin": spin.max(),
         "fission": run.time[fast[0]] if len(fast) else None,
-        "drift": np.abs(run.energy_drift).max(),
     }
+    return ensembles.fate(run) | ensembles.drift(run) | own
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
@@ -82,22 +77,22 @@ def counts(found: xarray.Dataset) -> dict[str, Any]:
 
 
 def _counts(part: xarray.Dataset) -> dict[str, float]:
-    impact, fission = part.fate == "impact", np.isfinite(part.fission)
+    impact, fission = part.fate == "contact", np.isfinite(part.fission)
     times = part.fission.values[fission.values]
-    ends = part.end.values[impact.values]
-    many = part.fate.size
+    ends = part.fate_time.values[impact.values]
     return {
-        "runs": many,
-        **{fate: float((part.fate == fate).sum() / many) for fate in ("impact", "escape", "bound")},
-        "errors": float((part.error != "").sum() / many),
+        "runs": part.fate.size,
+        "impact": float(impact.mean()),
+        **{fate: float((part.fate == fate).mean()) for fate in ("escape", "bound")},
+        "errors": float((part.error != "").mean()),
         # Of runs in which the bodies came apart by a tenth of their distance first.
-        "impact_after_parting": float((impact & (part.farthest > 1.1)).sum() / many),
-        "impact_within_a_minute": float((impact & (part.end < 1 / 60)).sum() / many),
+        "impact_after_parting": float((impact & (part.farthest > 1.1)).mean()),
+        "impact_within_a_minute": float((impact & (part.fate_time < 1 / 60)).mean()),
         "impact_hours_median": float(np.median(ends)) if len(ends) else np.nan,
-        "fission": float(fission.sum() / many),
+        "fission": float(fission.mean()),
         "fission_hours_median": float(np.median(times)) if len(times) else np.nan,
         "fission_within_5_hours": float((times < 5.0).mean()) if len(times) else np.nan,
-        "largest_drift": float(part.drift.max()),
+        "largest_drift": float(part.energy_drift.max()),
     }
 
 

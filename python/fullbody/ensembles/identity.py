@@ -99,6 +99,9 @@ class _Digest:
         if is_quantity(thing):
             self._say("quantity", thing.unit)
             self._feed(np.asarray(thing.value))
+        elif thing is getattr(np.random.random, "__self__", None):
+            # Numpy's global random numbers, which distributions of scipy hold, begin anew in each process.
+            self._say("global random numbers")
         elif isinstance(thing, list):
             self._say("list", len(thing))
             for part in thing:

@@ -15,6 +15,7 @@ import pytest
 from astropy import units as u
 from fullbody import InvalidInput, events
 from fullbody.ensembles.identity import digest, parts
+from scipy import stats
 
 LIMIT = 3.0
 
@@ -79,6 +80,7 @@ def test_where_a_function_stands_does_not_count():
         (functools.partial(max, 1), functools.partial(max, 2)),
         (np.sin, np.cos),
         (len, max),
+        (stats.norm(1, 2), stats.norm(1, 3)),
         (fullbody.systems.kw4, fullbody.systems.case1),
         ("ab".upper, "ab".lower),
     ],
@@ -163,7 +165,8 @@ def odd(n):
     return n != 0 and even(n - 1)
 
 
-def test_things_that_hold_each_other():
+def test_ring():
+    """Things that hold each other."""
     assert digest(even) == digest(even) != digest(odd)
     ring = [1]
     ring.append(ring)
@@ -190,7 +193,7 @@ def test_what_cannot_be_told_is_refused():
 def test_every_process_says_the_same():
     code = (
         "import test_identity as t; from fullbody.ensembles.identity import digest;"
-        "print(digest((t.even, t.Some(1), {'a', 'b', 'c', 'd'}, t.closed('x'), t.test_things_that_hold_each_other)))"
+        "print(digest((t.even, t.Some(1), {'a', 'b', 'c', 'd'}, t.closed('x'), t.stats.norm(1, 2), t.test_ring)))"
     )
     path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     seeds = ("1", "2")

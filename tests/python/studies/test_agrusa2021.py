@@ -74,8 +74,9 @@ def test_a_small_map(report):
     assert weak["errors"] == strong["errors"] == 0
     assert max(weak["largest_drift"], strong["largest_drift"]) < 1e-10
     # The stronger impact turns the longest of the four shapes over within ten days.
-    assert (weak["unstable"], strong["unstable"]) == (0.0, 0.25)
-    assert strong["rolls_over"] == 0.25
+    assert (weak["near"]["all"]["unstable"], strong["near"]["all"]["unstable"]) == (0.0, 0.25)
+    assert strong["near"]["all"]["rolls_over"] == 0.25
+    assert strong["near"]["libration = 1"]["shapes"] == 2
 
 
 def test_the_report_has_its_figure(report):
