@@ -4,12 +4,20 @@
 //! ellipse and the overlap test. Inertia: the paper's section "Surface integration".
 
 mod contact;
+mod crossing;
+mod distance;
 mod ellipsoid;
+mod mesh;
 mod plane;
+mod polyhedron;
+mod tree;
 
 pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
+pub use mesh::{Edge, solid_angle};
 pub use plane::{normal, support};
+pub use polyhedron::Polyhedron;
+pub use tree::{Block, Tree};
 
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;

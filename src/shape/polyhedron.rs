@@ -1,0 +1,188 @@
+//! The homogeneous polyhedron: a solid within triangles; volume, centre, second moments, harmonic moments.
+//!
+//! With tetrahedra from an origin to the faces (a, b, c), each of the volume v = a.(b x c)/6 with its sign, the volume is sum v,
+//! the first moments are sum v (a + b + c)/4, and the second ones
+//!
+//!   int x_i x_j dV = sum v/20 [ s_i s_j + a_i a_j + b_i b_j + c_i c_j ],   s = a + b + c
+//!
+//! (Lien & Kajiya 1984, IEEE Computer Graphics and Applications 4 (10), 35). A polynomial H that is homogeneous of degree n has
+//! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
+//! degree.
+
+use super::distance::point_to_triangle;
+use super::mesh::{Edge, check, solid_angle};
+use super::tree::{Block, Tree};
+use crate::error::{Error, Result};
+use crate::math::harmonics::{self, WeightedHarmonics};
+use crate::math::lanes::BLOCK;
+use crate::math::{Mat3, Vec3, triangle};
+use crate::patience::Patience;
+use pulp::Arch;
+
+/// A homogeneous polyhedron about its centre of mass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polyhedron {
+    vertices: Vec<Vec3>,
+    faces: Vec<[u32; 3]>,
+    edges: Vec<Edge>,
+    tree: Tree,
+    volume: f64,
+    centre: Vec3,
+    second_moments: Mat3,
+    circumradius: f64,
+}
+
+impl Polyhedron {
+    /// From vertices and the triangles between them, whose vertices go counterclockwise as seen from outside.
+    ///
+    /// The surface has to be closed, each edge shared by two faces, with no face doubled, without an area or crossing another.
+    /// Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
+    pub fn new(vertices: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Self> {
+        let edges = check(vertices, faces, patience)?;
+        let middle = vertices.iter().sum::<Vec3>() / vertices.len() as f64;
+        let vertices: Vec<Vec3> = vertices.iter().map(|v| v - middle).collect();
+        let (volume, first, _) = sums(&vertices, faces);
+        let extent = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        if !(volume > 1e-15 * extent.powi(3) && volume.is_finite()) {
+            return Err(Error::invalid("volume", volume, "one above zero, in units that keep it in range"));
+        }
+        let shift = first / volume;
+        let vertices: Vec<Vec3> = vertices.iter().map(|v| v - shift).collect();
+        let (volume, _, second) = sums(&vertices, faces);
+        let blocks: Vec<Block> =
+            faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
+        Ok(Self {
+            circumradius: vertices.iter().map(|v| v.norm()).fold(0.0, f64::max),
+            faces: faces.to_vec(),
+            edges,
+            tree: Tree::new(&blocks),
+            volume,
+            centre: middle + shift,
+            second_moments: second / volume,
+            vertices,
+        })
+    }
+
+    /// Vertices from the centre of mass.
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+
+    /// Triangles of vertices.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// Edges, with their faces.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Volume.
+    pub fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    /// The centre of mass in the frame in which the vertices were given.
+    pub fn centre(&self) -> &Vec3 {
+        &self.centre
+    }
+
+    /// Mean of x x^T about the centre of mass.
+    pub fn second_moments(&self) -> &Mat3 {
+        &self.second_moments
+    }
+
+    /// Largest distance of a vertex from the centre of mass.
+    pub fn circumradius(&self) -> f64 {
+        self.circumradius
+    }
+
+    /// Corners of a face.
+    pub fn corners(&self, face: usize) -> [Vec3; 3] {
+        self.faces[face].map(|v| self.vertices[v as usize])
+    }
+
+    /// Distance of a point from the surface, from either side.
+    pub fn distance(&self, point: &Vec3) -> f64 {
+        let to_face = |face: u32, _| point_to_triangle(point, &self.corners(face as usize));
+        self.tree.least(f64::INFINITY, |block| block.distance(point), to_face)
+    }
+
+    /// Whether a point lies within the solid; of a point on the surface either answer may be had.
+    pub fn contains(&self, point: &Vec3) -> bool {
+        let turned = |face| solid_angle(self.corners(face).map(|v| v - point));
+        (0..self.faces.len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
+    }
+
+    /// Means over the solid of the solid harmonics of x / circumradius up to a degree, in the order of [`harmonics::place`].
+    pub fn harmonic_moments(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {
+        let unit = 1.0 / self.circumradius;
+        let mut rules: Vec<Option<Vec<triangle::TriangleNode>>> = vec![None; degree / 2 + 2];
+        let mut points: [Vec<f64>; 3] = Default::default();
+        let mut weights = Vec::new();
+        let mut moments = vec![0.0; harmonics::count(degree)];
+        let mut add = |points: &mut [Vec<f64>; 3], weights: &mut Vec<f64>| {
+            let length = weights.len().next_multiple_of(BLOCK);
+            points.iter_mut().for_each(|p| p.resize(length, 0.0));
+            weights.resize(length, 0.0);
+            let [x, y, z] = &*points;
+            arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut moments });
+            points.iter_mut().for_each(Vec::clear);
+            weights.clear();
+        };
+        for face in 0..self.faces.len() {
+            let [a, b, c] = self.corners(face).map(|v| v * unit);
+            let order = points_for(degree, [a, b, c]);
+            patience.spend((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
+            let rule = rules[order].get_or_insert_with(|| triangle::rule(order));
+            // Height times area.
+            let solid = 0.5 * a.dot(&b.cross(&c));
+            for node in rule {
+                let [i, j, k] = node.shares;
+                let x = a * i + b * j + c * k;
+                points.iter_mut().zip(x.iter()).for_each(|(p, x)| p.push(*x));
+                weights.push(node.weight * solid);
+            }
+            if weights.len() >= 4096 {
+                add(&mut points, &mut weights);
+            }
+        }
+        add(&mut points, &mut weights);
+        let volume = self.volume * unit.powi(3);
+        for n in 0..=degree {
+            moments[n * n..harmonics::count(n)].iter_mut().for_each(|m| *m /= (n + 3) as f64 * volume);
+        }
+        Ok(moments)
+    }
+}
+
+/// The order of Gauss's rule for harmonics up to a degree on a face near the unit sphere: exact, or to round-off on a small face.
+///
+/// On the ellipse of the complex plane with the parameter rho about a segment of half-length d, the harmonics are below
+/// e^(degree d rho / 2), so that n points err by (4 n / (degree d e))^-2n with the best rho.
+fn points_for(degree: usize, [a, b, c]: [Vec3; 3]) -> usize {
+    let middle = (a + b + c) / 3.0;
+    let size = (a - middle).norm().max((b - middle).norm()).max((c - middle).norm());
+    let exact = degree / 2 + 1;
+    let enough = |n: usize| {
+        let rate = 4.0 * n as f64 / (degree as f64 * size * std::f64::consts::E);
+        rate > 1.0 && rate.powi(-2 * n as i32) < 1e-17
+    };
+    (1..exact).find(|&n| enough(n)).unwrap_or(exact)
+}
+
+/// Volume, first and second moments.
+fn sums(vertices: &[Vec3], faces: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
+    let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
+    for face in faces {
+        let [a, b, c] = face.map(|v| vertices[v as usize]);
+        let v = a.dot(&b.cross(&c)) / 6.0;
+        let s = a + b + c;
+        volume += v;
+        first += s * (v / 4.0);
+        second +=
+            (s * s.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (v / 20.0);
+    }
+    (volume, first, second)
+}
