@@ -6,16 +6,16 @@ use crate::environment::{BOOK, Environment, Switch};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
-use crate::mutual::{Pair, Pose, Rule, RuleMemory};
+use crate::mutual::{Foreseen, Link, Pair, Pose, Rule, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
 /// times that is the end of the chart.
 const POLE: f64 = 1e-4;
 
-/// Units of work of a pair beside its nodes, of choosing its rule or putting one in force again, of making the pair, and of
+/// Units of work of a link beside its nodes, of choosing its rule or putting one in force again, of making the link, and of
 /// taking the rule over from another object.
-const PAIR: u64 = 20;
+const LINK: u64 = 20;
 const CHOICE: u64 = 50;
 const NEW: u64 = 300;
 const COPY: u64 = 10;
@@ -25,10 +25,10 @@ const COPY: u64 = 10;
 pub struct Dynamics {
     pub(super) system: System,
     pub(super) layout: Layout,
-    pub(super) pairs: Vec<(usize, usize, Pair)>,
+    pub(super) links: Vec<(usize, usize, Link)>,
     /// Units of work of one evaluation with the rules in force.
     work: u64,
-    /// Parts in which it is made, and the pairs in each.
+    /// Parts in which it is made, and the links in each.
     parts: usize,
     in_part: usize,
     inertia: Vec<Vec3>,
@@ -55,17 +55,19 @@ impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
         // Half a million pairs, of a thousand bodies, are not to be moved about.
-        let mut pairs = Vec::with_capacity(n * (n - 1) / 2);
+        let mut links = Vec::with_capacity(system.count_links());
         for (i, j) in system.pairs() {
-            patience.spend(NEW, 0.0)?;
-            pairs.push((i, j, system.pair(i, j)));
+            for link in system.links(i, j) {
+                patience.spend(NEW, 0.0)?;
+                links.push((i, j, link));
+            }
         }
         Ok(Self {
             layout: system.layout(),
             work: 0,
             parts: 1,
-            in_part: pairs.len(),
-            pairs,
+            in_part: links.len(),
+            links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
@@ -98,14 +100,14 @@ impl Dynamics {
         &self.outside
     }
 
-    /// The pairs with the rules in force.
+    /// The pairs with the rules in force: of ordinary bodies one, of composites one for each two parts.
     pub fn pairs(&self) -> impl Iterator<Item = (usize, usize, &Pair)> {
-        self.pairs.iter().map(|(i, j, pair)| (*i, *j, pair))
+        self.links.iter().map(|(i, j, link)| (*i, *j, &link.pair))
     }
 
     /// The rules in force of all pairs, and which forces are switched on, for an archive.
     pub fn memory(&self) -> (Vec<Option<RuleMemory>>, Vec<Option<Switch>>) {
-        (self.pairs.iter().map(|(_, _, pair)| pair.memory()).collect(), self.outside.switches())
+        (self.links.iter().map(|(_, _, link)| link.pair.memory()).collect(), self.outside.switches())
     }
 
     /// Puts in force what [`Self::memory`] gave.
@@ -116,22 +118,22 @@ impl Dynamics {
         patience: &mut Patience,
     ) -> Result<()> {
         self.outside.recall(switches)?;
-        if memory.len() != self.pairs.len() {
-            return Err(Error::invalid("number of rules", memory.len(), self.pairs.len().to_string()));
+        if memory.len() != self.links.len() {
+            return Err(Error::invalid("number of rules", memory.len(), self.links.len().to_string()));
         }
-        for ((.., pair), memory) in self.pairs.iter_mut().zip(memory) {
+        for ((.., link), memory) in self.links.iter_mut().zip(memory) {
             patience.spend(CHOICE, 0.0)?;
-            pair.recall(memory.as_ref())?;
-            patience.spend(pair.rule().map_or(0, Rule::nodes) as u64, 0.0)?;
+            link.pair.recall(memory.as_ref())?;
+            patience.spend(link.pair.rule().map_or(0, Rule::nodes) as u64, 0.0)?;
         }
         Ok(())
     }
 
     /// Puts the rules in force that another object of the same system has in force.
     pub fn copy_rules(&mut self, from: &Self, patience: &mut Patience) -> Result<()> {
-        for ((.., pair), (.., from)) in self.pairs.iter_mut().zip(&from.pairs) {
+        for ((.., link), (.., from)) in self.links.iter_mut().zip(&from.links) {
             patience.spend(COPY, 0.0)?;
-            pair.copy_rule(from);
+            link.pair.copy_rule(&from.pair);
         }
         Ok(())
     }
@@ -173,53 +175,59 @@ impl Dynamics {
             self.show(time, y);
             self.outside.switch(step)?;
         }
-        let mut work = PAIR + self.outside.work();
-        for index in 0..self.pairs.len() {
-            let (i, j, _) = self.pairs[index];
+        let mut work = LINK + self.outside.work();
+        let mut index = 0;
+        while let Some(&(i, j, _)) = self.links.get(index) {
             patience.spend(CHOICE, time)?;
             let pose = self.pose(y, i, j);
             let growth = self.system.check_apart(i, j, &pose, time)?;
-            let closing = self.closing(y, i, j, &pose, growth, step);
-            let pair = &mut self.pairs[index].2;
-            patience.spend(pair.prepare(&pose, closing)?, time)?;
-            let pair = &self.pairs[index].2;
-            work += PAIR + pair.rule().map_or(0, Rule::nodes) as u64;
+            let foreseen = self.foresee(y, i, j, &pose, growth, step);
+            while let Some((a, b, link)) = self.links.get_mut(index)
+                && (*a, *b) == (i, j)
+            {
+                patience.spend(CHOICE + link.prepare(&pose, foreseen.as_ref())?, time)?;
+                work += LINK + link.pair.rule().map_or(0, Rule::nodes) as u64;
+                index += 1;
+            }
         }
-        (self.parts, self.in_part, self.work) = (1, self.pairs.len(), work);
+        (self.parts, self.in_part, self.work) = (1, self.links.len(), work);
         if work > UNITS {
-            let wanted = work.div_ceil(UNITS).min(self.pairs.len() as u64).max(1) as usize;
-            self.in_part = self.pairs.len().div_ceil(wanted);
-            // Equal parts may be fewer than were wanted; none is left without pairs.
-            self.parts = self.pairs.len().div_ceil(self.in_part);
+            let wanted = work.div_ceil(UNITS).min(self.links.len() as u64).max(1) as usize;
+            self.in_part = self.links.len().div_ceil(wanted);
+            // Equal parts may be fewer than were wanted; none is left without links.
+            self.parts = self.links.len().div_ceil(self.in_part);
             self.work = work / self.parts as u64;
         }
         Ok(())
     }
 
-    /// How much of the separation a step may close without overlap: moving straight on, and falling from that line.
-    fn closing(&self, y: &[f64], i: usize, j: usize, pose: &Pose, growth: f64, step: f64) -> f64 {
+    /// How two bodies may move in a step: straight on, and falling from that line; none in a step of no size.
+    fn foresee(
+        &self,
+        y: &[f64],
+        i: usize,
+        j: usize,
+        pose: &Pose,
+        growth: f64,
+        step: f64,
+    ) -> Option<Foreseen> {
+        if step == 0.0 {
+            return None;
+        }
         let (vi, vj) = (self.layout.velocity(i), self.layout.velocity(j));
         let path = (vector(y, vj) - vector(y, vi)) * step;
         let distance = pose.separation.norm();
         let length = path.norm_squared();
-        if step == 0.0 {
-            return 0.0;
-        }
         let bodies = self.system.bodies();
         let mu = self.system.gravitational_constant * (bodies[i].mass + bodies[j].mass);
         let fall = 0.5 * mu * (step / distance).powi(2);
         let nearest = if length > 0.0 { (-pose.separation.dot(&path) / length).clamp(0.0, 1.0) } else { 0.0 };
-        let reach = (pose.separation + path * nearest).norm() - fall;
-        let (first, second) = (&bodies[i].shape, &bodies[j].shape);
-        let touching = if reach > first.circumradius() + second.circumradius() {
-            0.0
-        } else if growth.is_finite() {
-            1.0 / growth
-        } else {
-            let (a, b) = (&pose.rotation_first, &pose.rotation_second);
-            1.0 / crate::shape::growth(first, second, &pose.separation, a, b).factor
-        };
-        (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
+        let turn = |body: usize| vector(y, self.layout.spin(body)).norm() * step.abs();
+        Some(Foreseen {
+            reach: (pose.separation + path * nearest).norm() - fall,
+            turns: [turn(i), turn(j)],
+            growth,
+        })
     }
 
     /// A part of the accelerations of the centres and the torques on the bodies; after the last part [`Self::loads`] gives them.
@@ -232,15 +240,13 @@ impl Dynamics {
         }
         let g = self.system.gravitational_constant;
         let start = part * self.in_part;
-        for (i, j, pair) in &self.pairs[start..self.pairs.len().min(start + self.in_part)] {
+        for (i, j, link) in &self.links[start..self.links.len().min(start + self.in_part)] {
             let (i, j) = (*i, *j);
             let pose = self.pose(y, i, j);
-            let separation = pose.separation.norm();
-            if !pair.covers(separation) {
-                let valid_from = pair.valid_from();
+            if let Some(TooNear { separation, valid_from }) = link.too_near(&pose) {
                 return Err(Rejected::TooClose { bodies: [i, j], separation, valid_from });
             }
-            let f = pair.interaction(&pose);
+            let f = link.interaction(&pose);
             let (mi, mj) = (self.system.bodies[i].mass, self.system.bodies[j].mass);
             self.acceleration[i] += g * mj * f.force_on_first;
             self.acceleration[j] -= g * mi * f.force_on_first;
@@ -350,9 +356,9 @@ impl Dynamics {
     ) -> Result<Energy> {
         self.turn(y);
         let mut potential = 0.0;
-        for (i, j, pair) in &self.pairs {
-            patience.spend(PAIR + pair.rule().map_or(0, Rule::nodes) as u64, time)?;
-            potential += self.system.strength(*i, *j) * pair.potential_energy(&self.pose(y, *i, *j));
+        for (i, j, link) in &self.links {
+            patience.spend(LINK + link.pair.rule().map_or(0, Rule::nodes) as u64, time)?;
+            potential += self.system.strength(*i, *j) * link.potential_energy(&self.pose(y, *i, *j));
         }
         let translational =
             self.system.bodies.iter().zip(velocities).map(|(b, v)| 0.5 * b.mass * v.norm_squared()).sum();

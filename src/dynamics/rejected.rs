@@ -5,11 +5,11 @@ use crate::error::{Error, Refusal};
 /// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rejected {
-    /// Two bodies are nearer to each other than the rule in force holds.
+    /// Two bodies, or a part of one and a part of the other, are nearer to each other than the rule in force holds.
     TooClose {
         /// Places of the two in the system.
         bodies: [usize; 2],
-        /// Separation of their centres.
+        /// Separation of the centres of what is too near.
         separation: f64,
         /// The least at which the rule holds.
         valid_from: f64,

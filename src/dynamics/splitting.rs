@@ -284,7 +284,10 @@ impl Splitting {
     fn refused(&self, dynamics: &Dynamics, rejected: Rejected) -> Error {
         let reason = match rejected {
             Rejected::TooClose { bodies, separation, valid_from } => {
-                let [first, second] = bodies.map(|body| &dynamics.system().bodies()[body].name);
+                let [first, second] = bodies.map(|body| {
+                    let body = &dynamics.system().bodies()[body];
+                    if body.is_composite() { format!("a part of {}", body.name) } else { body.name.clone() }
+                });
                 format!(
                     "{first} and {second} come to a separation of {separation:.6e} in it, where the quadrature of their \
                      forces was chosen for {valid_from:.6e} and more"

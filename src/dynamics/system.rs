@@ -5,11 +5,11 @@ use crate::environment::{Environment, Force, Loads};
 use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::VectorPath;
 use crate::math::{Vec3, rotation};
-use crate::mutual::{BodyGravity, Method, Pair, Pose};
+use crate::mutual::{Link, Method, Pose};
 use crate::names::Named;
 use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, growth};
+use crate::shape::{Body, meeting};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
@@ -187,7 +187,7 @@ impl System {
     /// doubles: the force would be zero without a word.
     fn check_reach(&self, i: usize, j: usize, pose: &Pose) -> Result<()> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
-        let largest = [first, second].map(|body| body.shape.circumradius()).into_iter().fold(0.0, f64::max);
+        let largest = [first, second].map(|body| body.circumradius()).into_iter().fold(0.0, f64::max);
         let limit = if largest > 0.0 { REACH * largest.min(1.0) } else { REACH };
         let distance = pose.separation.amax();
         if distance <= limit {
@@ -205,16 +205,16 @@ impl System {
     pub(super) fn check_apart(&self, i: usize, j: usize, pose: &Pose, time: f64) -> Result<f64> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
         let distance = pose.separation.norm();
-        if distance > 0.0 && distance >= first.shape.circumradius() + second.shape.circumradius() {
+        if distance > 0.0 && distance >= first.circumradius() + second.circumradius() {
             return Ok(f64::INFINITY);
         }
-        let (a, b) = (&pose.rotation_first, &pose.rotation_second);
-        let growth = growth(&first.shape, &second.shape, &pose.separation, a, b);
-        if growth.overlap(&first.name, &second.name)? {
+        let rotations = [&pose.rotation_first, &pose.rotation_second];
+        let meeting = meeting([first, second], &pose.separation, rotations)?;
+        if meeting.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });
         }
-        Ok(growth.factor)
+        Ok(meeting.factor)
     }
 
     /// Forces, torques and potential energy.
@@ -227,17 +227,18 @@ impl System {
             potential_energy: 0.0,
         };
         for (i, j) in self.pairs() {
-            patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
-            let mut pair = self.pair(i, j);
-            patience.spend(pair.prepare(&pose, 0.0)?, state.time)?;
             let strength = self.strength(i, j);
-            let f = pair.interaction(&pose);
-            result.force[i] += strength * f.force_on_first;
-            result.force[j] -= strength * f.force_on_first;
-            result.torque[i] += strength * f.torque_first;
-            result.torque[j] += strength * f.torque_second;
-            result.potential_energy += strength * pair.potential_energy(&pose);
+            for mut link in self.links(i, j) {
+                patience.spend(NEW_PAIR, state.time)?;
+                patience.spend(link.prepare(&pose, None)?, state.time)?;
+                let f = link.interaction(&pose);
+                result.force[i] += strength * f.force_on_first;
+                result.force[j] -= strength * f.force_on_first;
+                result.torque[i] += strength * f.torque_first;
+                result.torque[j] += strength * f.torque_second;
+                result.potential_energy += strength * link.potential_energy(&pose);
+            }
         }
         for (body, (force, torque)) in self.bodies.iter().zip(result.force.iter().zip(&result.torque)) {
             in_range(&format!("force on {}", body.name), force.as_slice())?;
@@ -271,11 +272,12 @@ impl System {
         self.check(state, patience)?;
         let mut potential = 0.0;
         for (i, j) in self.pairs() {
-            patience.spend(NEW_PAIR, state.time)?;
             let pose = pose(state, i, j);
-            let mut pair = self.pair(i, j);
-            patience.spend(pair.prepare(&pose, 0.0)?, state.time)?;
-            potential += self.strength(i, j) * pair.potential_energy(&pose);
+            for mut link in self.links(i, j) {
+                patience.spend(NEW_PAIR, state.time)?;
+                patience.spend(link.prepare(&pose, None)?, state.time)?;
+                potential += self.strength(i, j) * link.potential_energy(&pose);
+            }
         }
         let energy = invariants::energy(&self.bodies, state, potential);
         self.check_range(&energy)?;
@@ -313,11 +315,21 @@ impl System {
         (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
     }
 
-    pub(super) fn pair(&self, i: usize, j: usize) -> Pair {
-        let gravity = |body: &Body| BodyGravity::new(&body.name, &body.shape);
+    /// How the parts of two bodies interact.
+    pub(super) fn links(&self, i: usize, j: usize) -> impl Iterator<Item = Link> {
+        let bodies = [&self.bodies[i], &self.bodies[j]];
         let s = &self.settings;
-        let (first, second) = (gravity(&self.bodies[i]), gravity(&self.bodies[j]));
-        Pair::new(first, second, s.gravity, s.gravity_tolerance, s.order, self.arch)
+        let [first, second] = Link::parts_of(bodies, s.gravity);
+        let parts = (0..first).flat_map(move |a| (0..second).map(move |b| [a, b]));
+        parts.map(move |parts| Link::new(bodies, parts, s.gravity, s.gravity_tolerance, s.order, self.arch))
+    }
+
+    /// How many links all bodies have.
+    pub(super) fn count_links(&self) -> usize {
+        let counts = self
+            .pairs()
+            .map(|(i, j)| Link::parts_of([&self.bodies[i], &self.bodies[j]], self.settings.gravity));
+        counts.map(|[first, second]| first * second).sum()
     }
 }
 

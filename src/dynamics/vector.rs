@@ -15,14 +15,14 @@ impl Dynamics {
         for (body, scale) in bodies.iter().zip(out.iter_mut()) {
             *scale = [f64::INFINITY, 0.0, 0.0];
             if bodies.len() == 1 {
-                *scale = [body.shape.circumradius().max(f64::MIN_POSITIVE), 0.0, 0.0];
+                *scale = [body.circumradius().max(f64::MIN_POSITIVE), 0.0, 0.0];
             }
         }
-        for (i, j, _) in &self.pairs {
-            let distance = (vector(y, self.layout.position(*j)) - vector(y, self.layout.position(*i))).norm();
-            let mu = self.system.gravitational_constant * (bodies[*i].mass + bodies[*j].mass);
+        for (i, j) in self.system.pairs() {
+            let distance = (vector(y, self.layout.position(j)) - vector(y, self.layout.position(i))).norm();
+            let mu = self.system.gravitational_constant * (bodies[i].mass + bodies[j].mass);
             let rate = (mu / (distance * distance * distance)).sqrt();
-            for body in [*i, *j] {
+            for body in [i, j] {
                 let [l, v, n] = &mut out[body];
                 *l = l.min(distance);
                 *v = v.max(rate * distance);

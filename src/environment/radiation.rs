@@ -158,7 +158,7 @@ impl Byorp {
         order.sort_by(|&i, &j| inertia[i].total_cmp(&inertia[j]));
         let [long, middle, short] = order;
         if inertia[middle] <= inertia[long] {
-            let found = format!("{:?}", bodies[on].shape.semi_axes());
+            let found = format!("{:?}", bodies[on].semi_axes());
             let expected = format!("one longest, which {name} can keep towards {}", bodies[about].name);
             return Err(Error::invalid(format!("semi-axes of {}", bodies[on].name), found, expected));
         }

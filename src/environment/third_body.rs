@@ -11,7 +11,7 @@
 
 use super::{Loads, Scene};
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::gravity::ExtendedPull;
+use crate::gravity::BodyPull;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::spline::Spline;
@@ -88,9 +88,9 @@ impl ThirdBody {
             motion,
             names: bodies.iter().map(|body| body.name.clone()).collect(),
             masses: bodies.iter().map(|body| body.mass).collect(),
-            radii: bodies.iter().map(|body| body.shape.circumradius()).collect(),
-            largest: bodies.iter().map(|body| body.shape.circumradius()).fold(0.0, f64::max),
-            extended: bodies.iter().map(|body| ExtendedPull::new(&body.shape)).collect(),
+            radii: bodies.iter().map(|body| body.circumradius()).collect(),
+            largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
+            extended: bodies.iter().map(BodyPull::new).collect(),
         })
     }
 }
@@ -112,7 +112,7 @@ pub(super) struct Pull {
     radii: Vec<f64>,
     /// The largest of them.
     largest: f64,
-    extended: Vec<Option<ExtendedPull>>,
+    extended: Vec<Option<BodyPull>>,
 }
 
 impl Pull {

@@ -4,17 +4,24 @@ use super::{FarSeries, FieldKernel, Near};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
-use crate::shape::{Body, Shape};
+use crate::shape::{Body, Part, Place, Shape};
 use pulp::Scalar;
 
 /// A body's exterior gravity in its own frame.
 #[derive(Debug, Clone)]
 pub struct ExteriorField {
     name: String,
+    parts: Vec<PartField>,
+}
+
+/// The gravity of one part.
+#[derive(Debug, Clone)]
+struct PartField {
     gm: f64,
     /// Unit of length; the shape is in this unit.
     unit: f64,
     shape: Shape,
+    place: Option<Place>,
     series: FarSeries,
 }
 
@@ -24,15 +31,18 @@ const MONOPOLE_FROM: f64 = 1e9;
 impl ExteriorField {
     /// The gravity of a body, with a gravitational constant.
     pub fn new(body: &Body, gravitational_constant: f64) -> Self {
-        let unit = body.shape.natural_unit();
-        let shape = body.shape.scaled(1.0 / unit);
-        Self {
-            name: body.name.clone(),
-            gm: gravitational_constant * body.mass,
-            unit,
-            series: FarSeries::new(&shape),
-            shape,
-        }
+        let field = |part: &Part| {
+            let unit = part.shape.natural_unit();
+            let shape = part.shape.scaled(1.0 / unit);
+            PartField {
+                gm: gravitational_constant * part.mass,
+                unit,
+                series: FarSeries::new(&shape),
+                shape,
+                place: part.place,
+            }
+        };
+        Self { name: body.name.clone(), parts: body.parts().iter().map(field).collect() }
     }
 
     /// Phi (positive) at a point of the body frame, outside or on the surface.
@@ -47,13 +57,48 @@ impl ExteriorField {
 
     fn evaluate(&self, point: &Vec3) -> Result<(f64, Vec3)> {
         require_finite(&format!("point in the field of {}", self.name), point.as_slice())?;
+        // Minus zero: the sum with it leaves any number as it is.
+        let (mut potential, mut field) = (-0.0, Vec3::repeat(-0.0));
+        for part in &self.parts {
+            let (phi, g) = match &part.place {
+                None => part.evaluate(point),
+                Some(place) => part
+                    .evaluate(&place.rotation.tr_mul(&(point - place.position)))
+                    .map(|(phi, g)| (phi, place.rotation * g)),
+            }
+            .map_err(|expected| self.inside(point, expected))?;
+            potential += phi;
+            field += g;
+        }
+        Ok((potential, field))
+    }
+
+    fn checked(&self, (potential, field): (f64, Vec3)) -> Result<(f64, Vec3)> {
+        let what = format!("field of {}", self.name);
+        match [potential, field.x, field.y, field.z].iter().find(|v| !v.is_finite()) {
+            None => Ok((potential, field)),
+            Some(v) => {
+                Err(Error::invalid(what, v, "a finite number; choose units that keep the numbers in range"))
+            }
+        }
+    }
+
+    fn inside(&self, point: &Vec3, expected: &str) -> Error {
+        let value = format!("[{}, {}, {}]", point.x, point.y, point.z);
+        Error::invalid(format!("point in the field of {}", self.name), value, expected)
+    }
+}
+
+impl PartField {
+    /// Phi and g at a point of the part's frame; what was expected where the point is inside.
+    fn evaluate(&self, point: &Vec3) -> std::result::Result<(f64, Vec3), &'static str> {
         let x = point / self.unit;
         // The largest component is tried first: its square may overflow.
         let distance = x.amax() * (x / x.amax()).norm();
         let Shape::Ellipsoid(ellipsoid) = &self.shape else {
             return match distance {
                 d if d > 0.0 => Ok(self.in_units(1.0 / d, -x / d / d / d)),
-                _ => Err(self.inside(point, "a point away from the centre of a point mass")),
+                _ => Err("a point away from the centre of a point mass"),
             };
         };
         if distance > MONOPOLE_FROM {
@@ -61,7 +106,7 @@ impl ExteriorField {
         }
         // Points meant to lie on the surface may round to just inside it.
         if x.component_div(&Vec3::from(ellipsoid.semi_axes())).norm_squared() < 1.0 - 1e-12 {
-            return Err(self.inside(point, "a point outside or on the surface"));
+            return Err("a point outside or on the surface");
         }
         let x = ellipsoid.canonical() * x;
         let kappa_min = x.norm_squared() - self.shape.circumradius().powi(2);
@@ -80,21 +125,6 @@ impl ExteriorField {
     fn in_units(&self, potential: f64, field: Vec3) -> (f64, Vec3) {
         let gm = self.gm / self.unit;
         (gm * potential, gm / self.unit * field)
-    }
-
-    fn checked(&self, (potential, field): (f64, Vec3)) -> Result<(f64, Vec3)> {
-        let what = format!("field of {}", self.name);
-        match [potential, field.x, field.y, field.z].iter().find(|v| !v.is_finite()) {
-            None => Ok((potential, field)),
-            Some(v) => {
-                Err(Error::invalid(what, v, "a finite number; choose units that keep the numbers in range"))
-            }
-        }
-    }
-
-    fn inside(&self, point: &Vec3, expected: &str) -> Error {
-        let value = format!("[{}, {}, {}]", point.x, point.y, point.z);
-        Error::invalid(format!("point in the field of {}", self.name), value, expected)
     }
 }
 

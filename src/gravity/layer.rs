@@ -36,16 +36,10 @@ impl Layer {
     /// Highest degree of a layer.
     pub const MAX_DEGREE: usize = 60;
 
-    /// Of a polyhedron in units of `unit`.
-    pub fn new(
-        polyhedron: &Polyhedron,
-        unit: f64,
-        degree: usize,
-        arch: Arch,
-        patience: &mut Patience,
-    ) -> Result<Self> {
+    /// Of a polyhedron.
+    pub fn new(polyhedron: &Polyhedron, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Self> {
         let moments = polyhedron.harmonic_moments(degree, arch, patience)?;
-        Ok(Self::from_moments(&moments, polyhedron.circumradius() / unit, degree, arch))
+        Ok(Self::from_moments(&moments, polyhedron.circumradius(), degree, arch))
     }
 
     /// From the means of the solid harmonics of x / radius, at least up to the degree.
@@ -75,7 +69,6 @@ impl Layer {
         arch.dispatch(HarmonicSeries { points: [x, y, z], coefficients, degree, out: &mut density });
         weights.iter_mut().zip(&density).for_each(|(weight, density)| *weight *= density);
         points.iter_mut().flatten().for_each(|value| *value *= radius);
-        // A point for padding lies where no other body can be.
         Self { points, weights, count }
     }
 

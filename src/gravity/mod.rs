@@ -28,7 +28,7 @@ pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
 pub use near::{Near, kappa};
 pub use polyhedral::{Facets, PolyhedralField};
-pub use pull::ExtendedPull;
+pub use pull::{BodyPull, ExtendedPull};
 
 use crate::math::lanes::{Lanes, dot};
 use pulp::Simd;

@@ -51,7 +51,7 @@ const FACE: usize = 13;
 impl Facets {
     /// Of a polyhedron in units of `unit`.
     pub fn new(polyhedron: &Polyhedron, unit: f64) -> Self {
-        let vertices: Vec<Vec3> = polyhedron.vertices().iter().map(|v| v / unit).collect();
+        let vertices: Vec<Vec3> = polyhedron.vertices().map(|v| v / unit).collect();
         let corners = |face: u32| polyhedron.faces()[face as usize].map(|v| vertices[v as usize]);
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
         let normal = |face: u32| area_vector(corners(face)).normalize();

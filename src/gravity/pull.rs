@@ -4,7 +4,7 @@ use super::{FarCut, FarSeries, FieldKernel, Near};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use crate::math::rotation::{turned, turned_back};
-use crate::shape::{Ellipsoid, Shape};
+use crate::shape::{Body, Ellipsoid, Place, Shape};
 use pulp::Scalar;
 
 /// Size of what the series leaves out, relative to the field of a point.
@@ -93,5 +93,94 @@ impl ExtendedPull {
                 cut
             }
         }
+    }
+}
+
+/// The same of a body: of an ordinary one that of its shape, of a composite the sum over its parts.
+#[derive(Debug, Clone)]
+pub enum BodyPull {
+    /// Of one shape, in the body's own frame.
+    Ordinary(Box<ExtendedPull>),
+    /// Of several parts.
+    Composite(Vec<PartPull>),
+}
+
+/// A part's share in the pull of its body.
+#[derive(Debug, Clone)]
+pub struct PartPull {
+    /// Of the body's mass.
+    share: f64,
+    place: Place,
+    radius: f64,
+    extended: Option<ExtendedPull>,
+}
+
+impl BodyPull {
+    /// Of a body; none of one whose field is that of a point.
+    pub fn new(body: &Body) -> Option<Self> {
+        if let [part] = body.parts()
+            && part.place.is_none()
+        {
+            return ExtendedPull::new(&part.shape).map(|pull| Self::Ordinary(Box::new(pull)));
+        }
+        let parts = body.parts().iter().map(|part| PartPull {
+            share: part.mass / body.mass,
+            place: Place { position: part.position(), rotation: part.rotation() },
+            radius: part.shape.circumradius(),
+            extended: ExtendedPull::new(&part.shape),
+        });
+        Some(Self::Composite(parts.collect()))
+    }
+
+    /// As [`ExtendedPull::at`].
+    #[inline]
+    pub fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+        match self {
+            Self::Ordinary(pull) => pull.at(x, inverse_square, inverse_cube),
+            Self::Composite(parts) => {
+                let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());
+                for part in parts {
+                    let (field, turning) = part.at(x, inverse_square, inverse_cube)?;
+                    excess += field;
+                    moment += turning;
+                }
+                Some((excess, moment))
+            }
+        }
+    }
+}
+
+impl PartPull {
+    /// The part's field less that of its mass at the body's centre and less the dipole there, and its moment about that centre
+    /// less the dipole's: the dipoles of all parts cancel.
+    ///
+    /// With p the part's place, q = p.(p - 2x)/|x|^2, s = sqrt(1 + q) and e = s - 1 = q/(1 + s), its point mass has
+    /// |x|^3/|x-p|^3 = s^-3 = 1 + h with h = -e (1 + s + s^2)/s^3, and h = -3/2 q + k with
+    /// k = e^2 (3/2 s^3 + 3 s^2 + 2 s + 1)/s^3: no term is a difference of nearly equal numbers. Its field less that at the centre
+    /// and the dipole is then -(x (k - 3/2 |p|^2/|x|^2) - p h)/|x|^3, its moment h x cross p/|x|^3.
+    fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+        let p = self.place.position;
+        let from = x - p;
+        if from.norm_squared() < self.radius * self.radius && self.extended.is_none() {
+            return None;
+        }
+        let square = p.norm_squared() * inverse_square;
+        let q = p.dot(&(p - 2.0 * x)) * inverse_square;
+        let s = (1.0 + q).sqrt();
+        let (s2, s3) = (1.0 + q, (1.0 + q) * s);
+        let e = q / (1.0 + s);
+        let h = -e * (1.0 + s + s2) / s3;
+        let k = e * e * (1.5 * s3 + 3.0 * s2 + 2.0 * s + 1.0) / s3;
+        let mut excess = (p * h - x * (k - 1.5 * square)) * inverse_cube;
+        let mut moment = x.cross(&p) * (h * inverse_cube);
+        if let Some(extended) = &mut self.extended {
+            let turn = &self.place.rotation;
+            let (field, turning) =
+                extended.at(&turned_back(turn, &from), inverse_square / s2, inverse_cube / s3)?;
+            let field = turned(turn, &field);
+            excess += field;
+            moment += turned(turn, &turning) + p.cross(&field);
+        }
+        Some((excess * self.share, moment * self.share))
     }
 }

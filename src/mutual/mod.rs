@@ -4,15 +4,23 @@
 //! surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and points. One quadrature serves a pair: the
 //! force on the second body is minus that on the first, and both torques come from the same nodes, so that
 //! M_first + M_second + r x F_second = 0 holds to round-off.
+//!
+//! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one and a part of the other, with
+//! their places in the bodies. Each has its own rule.
 
 mod choice;
+mod faceted;
+mod faces;
+mod link;
 mod means;
 mod method;
 mod multipole;
 mod pair;
 mod rule;
+mod sampled;
 mod surface;
 
+pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;
 pub use multipole::Multipole;
 pub use pair::{BodyGravity, Pair};

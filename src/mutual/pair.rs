@@ -1,20 +1,25 @@
-//! A pair of bodies with a method, evaluated with the rule in force.
+//! A pair of parts with a method, evaluated with the rule in force.
 
 use super::rule::{Carrier, Kernel, NodeStore, Rule};
-use super::{Balance, Interaction, Method, Multipole, Pose, Roles, means, surface};
-use crate::gravity::{FarSeries, FieldKernel};
+use super::{Balance, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface};
+use crate::error::{Error, Result};
+use crate::gravity::{Facets, FarSeries, FieldKernel, Layer};
 use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Ellipsoid, Shape};
+use crate::shape::{Ellipsoid, Polyhedron, Shape, growth};
 use pulp::Arch;
+use std::sync::Arc;
 
-/// The part of a body's gravity that does not depend on the state.
+/// What of a part's gravity does not depend on the state.
 #[derive(Debug, Clone)]
 pub struct BodyGravity {
     pub(super) name: String,
     pub(super) shape: Shape,
     canonical: Mat3,
     pub(super) series: FarSeries,
+    /// Of a polyhedron in a pair.
+    pub(super) facets: Option<Arc<Facets>>,
 }
 
 impl BodyGravity {
@@ -22,15 +27,38 @@ impl BodyGravity {
     pub fn new(name: &str, shape: &Shape) -> Self {
         let canonical = match shape {
             Shape::Ellipsoid(e) => e.canonical(),
-            Shape::Point => Mat3::identity(),
+            Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
         };
-        Self { name: name.to_owned(), shape: *shape, canonical, series: FarSeries::new(shape) }
+        let series = FarSeries::new(shape);
+        Self { name: name.to_owned(), shape: shape.clone(), canonical, series, facets: None }
+    }
+
+    /// The same in units of `unit`, with a polyhedron's facets.
+    fn in_unit(&self, unit: f64) -> Self {
+        let mut scaled = Self::new(&self.name, &self.shape.scaled(1.0 / unit));
+        scaled.facets = scaled.polyhedron().map(|polyhedron| Arc::new(Facets::new(polyhedron, 1.0)));
+        scaled
+    }
+
+    pub(super) fn polyhedron(&self) -> Option<&Polyhedron> {
+        match &self.shape {
+            Shape::Polyhedron(polyhedron) => Some(polyhedron),
+            _ => None,
+        }
+    }
+
+    /// A polyhedron's layer of a degree.
+    pub(super) fn layer(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Arc<Layer>> {
+        let Some(polyhedron) = self.polyhedron() else {
+            return Err(Error::invalid(&self.name, "without faces", "a polyhedron"));
+        };
+        Layer::new(polyhedron, degree, arch, patience).map(Arc::new)
     }
 
     pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
         match &self.shape {
             Shape::Ellipsoid(e) => Some(e),
-            Shape::Point => None,
+            Shape::Polyhedron(_) | Shape::Point => None,
         }
     }
 
@@ -45,13 +73,13 @@ impl BodyGravity {
     }
 }
 
-/// Two bodies and the method of their interaction.
+/// Two shapes and the method of their interaction. A pair of ordinary bodies is one of these; see [`super::Link`] for composites.
 #[derive(Debug, Clone)]
 pub struct Pair {
     pub(super) method: Method,
     pub(super) tolerance: f64,
     pub(super) fixed: Option<Order>,
-    arch: Arch,
+    pub(super) arch: Arch,
     /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
     pub(super) unit: f64,
     pub(super) bodies: [BodyGravity; 2],
@@ -76,8 +104,7 @@ impl Pair {
             (Shape::Point, other) | (other, Shape::Point) => other.natural_unit(),
             (first, second) => first.natural_unit().max(second.natural_unit()),
         };
-        let scaled = |body: BodyGravity| BodyGravity::new(&body.name, &body.shape.scaled(1.0 / unit));
-        let bodies = [scaled(first), scaled(second)];
+        let bodies = [first.in_unit(unit), second.in_unit(unit)];
         let multipole = match method {
             Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
             _ => None,
@@ -115,6 +142,18 @@ impl Pair {
         distance >= self.valid_from()
     }
 
+    /// The separation from which on the shapes cannot touch, however they are turned.
+    pub fn apart_from(&self) -> f64 {
+        self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit
+    }
+
+    /// The factor by which both must grow to touch.
+    pub fn growth(&self, pose: &Pose) -> f64 {
+        let Pose { separation, rotation_first, rotation_second } = self.scaled(pose);
+        let [first, second] = &self.bodies;
+        growth(&first.shape, &second.shape, &separation, &rotation_first, &rotation_second).factor
+    }
+
     /// Force and torques with the rule in force.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         let f = self.scaled_interaction(&self.scaled(pose));
@@ -137,6 +176,9 @@ impl Pair {
                 match &rule.kernel {
                     Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles),
                     Kernel::Near(near) => self.potential(*near, rule, set, &roles),
+                    Kernel::Facets | Kernel::Layer(_) => {
+                        sampled::mutual_potential(self.arch, field, rule, &roles)
+                    }
                 }
             }
         };
@@ -158,6 +200,7 @@ impl Pair {
         let balance = match &rule.kernel {
             Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles),
             Kernel::Near(near) => self.balance(*near, rule, set, &roles),
+            Kernel::Facets | Kernel::Layer(_) => sampled::force_and_torque(self.arch, field, rule, &roles),
         };
         let to_field_body = field.canonical.transpose();
         let torque_field = to_field_body * balance.torque_field;
@@ -179,8 +222,10 @@ impl Pair {
 
     fn balance(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> Balance {
         let (arch, nodes) = (self.arch, &*rule.nodes);
-        match self.carriers[rule.integrated] {
+        match rule.carrier {
             Carrier::Pressures => surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles),
+            Carrier::Layer => means::force_and_torque(arch, kernel, nodes, [1.0; 3], roles),
+            Carrier::Faces => faces::force_and_torque(arch, kernel, nodes, roles),
             Carrier::Surface(semi_axes) => means::force_and_torque(arch, kernel, nodes, semi_axes, roles),
             _ => means::force_and_torque(arch, kernel, nodes, set.focal_axes(), roles),
         }
@@ -188,8 +233,10 @@ impl Pair {
 
     fn potential(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> f64 {
         let (arch, nodes) = (self.arch, &*rule.nodes);
-        match self.carriers[rule.integrated] {
+        match rule.carrier {
             Carrier::Pressures => surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles),
+            Carrier::Layer => means::mean_potential(arch, kernel, nodes, [1.0; 3], roles),
+            Carrier::Faces => faces::mutual_potential(arch, kernel, nodes, roles),
             Carrier::Surface(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
             _ => means::mean_potential(arch, kernel, nodes, set.focal_axes(), roles),
         }

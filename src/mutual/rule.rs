@@ -1,7 +1,11 @@
 //! The quadrature of a pair: which body is integrated over, with which nodes, in which form of the other's field.
 
-use crate::gravity::{FarCut, Near};
+use super::BodyGravity;
+use crate::error::Result;
+use crate::gravity::{FarCut, Layer, Near};
+use crate::patience::Patience;
 use crate::quadrature::{Nodes, Order};
+use pulp::Arch;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -14,6 +18,7 @@ pub struct Rule {
     pub order: Order,
     /// The polynomial degree it was made for.
     pub(super) degree: usize,
+    pub(super) carrier: Carrier,
     pub(super) nodes: Arc<Nodes>,
     pub(super) kernel: Kernel,
     /// Smallest separation that the kernel is made for, in the pair's unit.
@@ -28,10 +33,14 @@ impl Rule {
 }
 
 /// The form of the other body's field.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) enum Kernel {
     Far(FarCut),
     Near(Near),
+    /// A polyhedron's exact field.
+    Facets,
+    /// A polyhedron's field from a distance.
+    Layer(Arc<Layer>),
 }
 
 /// The numbers from which a rule is made again, bit for bit.
@@ -58,6 +67,10 @@ pub(super) enum Carrier {
     FocalEllipse,
     /// Its centre: a sphere, whose focal ellipse has shrunk to it, or a point mass.
     Centre,
+    /// The layer on a polyhedron's circumscribed sphere.
+    Layer,
+    /// A polyhedron's faces.
+    Faces,
 }
 
 /// Nodes by order, each made once.
@@ -65,17 +78,26 @@ pub(super) enum Carrier {
 pub(super) struct NodeStore(Vec<(Order, Carrier, Arc<Nodes>)>);
 
 impl NodeStore {
-    pub(super) fn get(&mut self, order: Order, carrier: Carrier) -> Arc<Nodes> {
+    /// The nodes of a body; those of a layer take its moments.
+    pub(super) fn get(
+        &mut self,
+        order: Order,
+        carrier: Carrier,
+        set: &BodyGravity,
+        arch: Arch,
+    ) -> Result<Arc<Nodes>> {
         if let Some((.., nodes)) = self.0.iter().find(|(o, c, _)| *o == order && *c == carrier) {
-            return nodes.clone();
+            return Ok(nodes.clone());
         }
         let nodes = Arc::new(match carrier {
             Carrier::Pressures => Nodes::sphere(order),
             Carrier::Surface(semi_axes) => Nodes::surface(order, semi_axes),
             Carrier::FocalEllipse => Nodes::focal(order),
             Carrier::Centre => Nodes::centre(),
+            Carrier::Layer => Nodes::layer(&*set.layer(order.gauss - 1, arch, &mut Patience::endless())?),
+            Carrier::Faces => set.polyhedron().map_or_else(Nodes::centre, |p| Nodes::faces(p, order.gauss)),
         });
         self.0.push((order, carrier, nodes.clone()));
-        nodes
+        Ok(nodes)
     }
 }

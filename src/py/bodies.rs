@@ -44,10 +44,7 @@ impl PyBody {
 
     #[getter]
     fn volume(&self) -> f64 {
-        match self.inner.shape {
-            Shape::Ellipsoid(e) => e.volume(),
-            Shape::Point => 0.0,
-        }
+        self.inner.volume().unwrap_or(f64::NAN)
     }
 
     #[getter]

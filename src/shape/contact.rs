@@ -13,7 +13,7 @@
 //! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with
 //! q = t w.B (A + t B)^-1 B w / w.B w its slope in ln t is -(1 - q) (1 + t h_B^2/h_A^2).
 
-use super::Shape;
+use super::{Place, Shape};
 use crate::error::{Error, Result};
 use crate::math::{Mat3, Vec3};
 
@@ -37,6 +37,18 @@ impl Growth {
     const TOUCHING: f64 = 5e-14;
     /// Bodies near contact with more uncertainty than this are too thin to tell.
     const TELLING: f64 = 1e-3;
+
+    /// The same of parts of these circumradii together, so far apart, whose separation carries the rounding of their places.
+    pub fn with_levers(self, distance: f64, circumradii: f64, places: [Option<Place>; 2]) -> Self {
+        let levers: f64 = places.iter().flatten().map(|place| place.position.norm()).sum();
+        if levers == 0.0 || self.factor == 0.0 {
+            return self;
+        }
+        Self {
+            uncertainty: self.uncertainty * (1.0 + levers / (distance / self.factor + circumradii)),
+            ..self
+        }
+    }
 
     /// Whether the interiors of two bodies share a point; the names are for the error.
     ///

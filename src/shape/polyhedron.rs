@@ -9,6 +9,8 @@
 //! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
 //! degree.
 
+use super::WorkingFrame;
+use super::composite::{principal_axes, quaternion};
 use super::distance::point_to_triangle;
 use super::mesh::{Edge, check, solid_angle};
 use super::tree::{Block, Tree};
@@ -18,18 +20,39 @@ use crate::math::lanes::BLOCK;
 use crate::math::{Mat3, Vec3, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
+use std::sync::{Arc, Mutex};
 
-/// A homogeneous polyhedron about its centre of mass.
-#[derive(Debug, Clone, PartialEq)]
+/// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal axes of inertia.
+/// Copies share what they are made of.
+#[derive(Debug, Clone)]
 pub struct Polyhedron {
+    solid: Arc<Solid>,
+    /// All lengths are those of the solid times this.
+    scale: f64,
+}
+
+#[derive(Debug)]
+struct Solid {
+    /// As given, in the working frame.
+    given: Vec<Vec3>,
     vertices: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
     edges: Vec<Edge>,
     tree: Tree,
     volume: f64,
-    centre: Vec3,
-    second_moments: Mat3,
+    inertia: Vec3,
     circumradius: f64,
+    frame: WorkingFrame,
+    /// The harmonic moments so far asked for.
+    moments: Mutex<Arc<Vec<f64>>>,
+}
+
+impl PartialEq for Polyhedron {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |a: &Solid, b: &Solid| a.given == b.given && a.faces == b.faces;
+        self.scale == other.scale
+            && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
+    }
 }
 
 impl Polyhedron {
@@ -37,87 +60,138 @@ impl Polyhedron {
     ///
     /// The surface has to be closed, each edge shared by two faces, with no face doubled, without an area or crossing another.
     /// Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
-    pub fn new(vertices: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Self> {
-        let edges = check(vertices, faces, patience)?;
-        let middle = vertices.iter().sum::<Vec3>() / vertices.len() as f64;
-        let vertices: Vec<Vec3> = vertices.iter().map(|v| v - middle).collect();
+    pub fn new(given: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Self> {
+        let edges = check(given, faces, patience)?;
+        let middle = given.iter().sum::<Vec3>() / given.len() as f64;
+        let vertices: Vec<Vec3> = given.iter().map(|v| v - middle).collect();
         let (volume, first, _) = sums(&vertices, faces);
         let extent = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        if !(volume > 1e-15 * extent.powi(3) && volume.is_finite()) {
+        if !(volume > 1e-12 * extent.powi(3) && volume.is_finite()) {
             return Err(Error::invalid("volume", volume, "one above zero, in units that keep it in range"));
         }
         let shift = first / volume;
         let vertices: Vec<Vec3> = vertices.iter().map(|v| v - shift).collect();
         let (volume, _, second) = sums(&vertices, faces);
+        let second = second / volume;
+        let tensor = Mat3::from_diagonal_element(second.trace()) - second;
+        let axes = principal_axes(&tensor, tensor.trace());
+        let vertices: Vec<Vec3> = vertices.iter().map(|v| axes * v).collect();
         let blocks: Vec<Block> =
             faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
-        Ok(Self {
-            circumradius: vertices.iter().map(|v| v.norm()).fold(0.0, f64::max),
+        // Vertices that no face has do not count.
+        let reach =
+            |face: &[u32; 3]| face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max);
+        let solid = Solid {
+            given: given.to_vec(),
+            circumradius: faces.iter().map(reach).fold(0.0, f64::max),
+            inertia: (axes * tensor * axes.transpose()).diagonal(),
+            frame: WorkingFrame { position: -(axes * (middle + shift)), attitude: quaternion(&axes) },
+            tree: Tree::new(&blocks),
             faces: faces.to_vec(),
             edges,
-            tree: Tree::new(&blocks),
             volume,
-            centre: middle + shift,
-            second_moments: second / volume,
             vertices,
-        })
+            moments: Mutex::default(),
+        };
+        Ok(Self { solid: Arc::new(solid), scale: 1.0 })
     }
 
-    /// Vertices from the centre of mass.
-    pub fn vertices(&self) -> &[Vec3] {
-        &self.vertices
+    /// The same with all lengths times a factor above zero.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { solid: self.solid.clone(), scale: self.scale * factor }
+    }
+
+    /// Vertices in its own frame.
+    pub fn vertices(&self) -> impl Iterator<Item = Vec3> {
+        self.solid.vertices.iter().map(|v| v * self.scale)
+    }
+
+    /// Vertices as they were given, in the working frame.
+    pub fn given(&self) -> impl Iterator<Item = Vec3> {
+        self.solid.given.iter().map(|v| v * self.scale)
     }
 
     /// Triangles of vertices.
     pub fn faces(&self) -> &[[u32; 3]] {
-        &self.faces
+        &self.solid.faces
     }
 
     /// Edges, with their faces.
     pub fn edges(&self) -> &[Edge] {
-        &self.edges
+        &self.solid.edges
     }
 
     /// Volume.
     pub fn volume(&self) -> f64 {
-        self.volume
+        self.solid.volume * self.scale.powi(3)
     }
 
-    /// The centre of mass in the frame in which the vertices were given.
-    pub fn centre(&self) -> &Vec3 {
-        &self.centre
+    /// Where the frame in which the vertices were given lies in the polyhedron's own frame.
+    pub fn working_frame(&self) -> WorkingFrame {
+        let WorkingFrame { position, attitude } = self.solid.frame;
+        WorkingFrame { position: position * self.scale, attitude }
     }
 
-    /// Mean of x x^T about the centre of mass.
-    pub fn second_moments(&self) -> &Mat3 {
-        &self.second_moments
+    /// Principal moments of inertia of unit mass.
+    pub fn inertia_per_mass(&self) -> Vec3 {
+        self.solid.inertia * (self.scale * self.scale)
     }
 
     /// Largest distance of a vertex from the centre of mass.
     pub fn circumradius(&self) -> f64 {
-        self.circumradius
+        self.solid.circumradius * self.scale
     }
 
     /// Corners of a face.
     pub fn corners(&self, face: usize) -> [Vec3; 3] {
-        self.faces[face].map(|v| self.vertices[v as usize])
+        self.solid.faces[face].map(|v| self.solid.vertices[v as usize] * self.scale)
     }
 
     /// Distance of a point from the surface, from either side.
     pub fn distance(&self, point: &Vec3) -> f64 {
-        let to_face = |face: u32, _| point_to_triangle(point, &self.corners(face as usize));
-        self.tree.least(f64::INFINITY, |block| block.distance(point), to_face)
+        let point = point / self.scale;
+        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
+        let to_face = |face: u32, _| point_to_triangle(&point, &corners(face));
+        self.scale * self.solid.tree.least(f64::INFINITY, |block| block.distance(&point), to_face)
     }
 
     /// Whether a point lies within the solid; of a point on the surface either answer may be had.
     pub fn contains(&self, point: &Vec3) -> bool {
+        if point.norm() > self.circumradius() {
+            return false;
+        }
         let turned = |face| solid_angle(self.corners(face).map(|v| v - point));
-        (0..self.faces.len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
+        (0..self.faces().len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
     }
 
-    /// Means over the solid of the solid harmonics of x / circumradius up to a degree, in the order of [`harmonics::place`].
-    pub fn harmonic_moments(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {
-        let unit = 1.0 / self.circumradius;
+    /// Means over the solid of the solid harmonics of x / circumradius up to a degree or higher, in the order of
+    /// [`harmonics::place`]. They are kept.
+    pub fn harmonic_moments(
+        &self,
+        degree: usize,
+        arch: Arch,
+        patience: &mut Patience,
+    ) -> Result<Arc<Vec<f64>>> {
+        /// Nothing is kept where another thread has panicked.
+        fn kept(solid: &Solid) -> Option<Arc<Vec<f64>>> {
+            solid.moments.lock().ok().map(|moments| moments.clone())
+        }
+        if let Some(moments) = kept(&self.solid)
+            && moments.len() >= harmonics::count(degree)
+        {
+            return Ok(moments);
+        }
+        let moments = Arc::new(self.moments_to(degree, arch, patience)?);
+        if let Ok(mut kept) = self.solid.moments.lock()
+            && kept.len() < moments.len()
+        {
+            *kept = moments.clone();
+        }
+        Ok(moments)
+    }
+
+    fn moments_to(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {
+        let unit = 1.0 / self.circumradius();
         let mut rules: Vec<Option<Vec<triangle::TriangleNode>>> = vec![None; degree / 2 + 2];
         let mut points: [Vec<f64>; 3] = Default::default();
         let mut weights = Vec::new();
@@ -131,7 +205,7 @@ impl Polyhedron {
             points.iter_mut().for_each(Vec::clear);
             weights.clear();
         };
-        for face in 0..self.faces.len() {
+        for face in 0..self.faces().len() {
             let [a, b, c] = self.corners(face).map(|v| v * unit);
             let order = points_for(degree, [a, b, c]);
             patience.spend((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
@@ -149,7 +223,7 @@ impl Polyhedron {
             }
         }
         add(&mut points, &mut weights);
-        let volume = self.volume * unit.powi(3);
+        let volume = self.volume() * unit.powi(3);
         for n in 0..=degree {
             moments[n * n..harmonics::count(n)].iter_mut().for_each(|m| *m /= (n + 3) as f64 * volume);
         }

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::integrate::{Segment, Step};
 use crate::math::Vec3;
 use crate::patience::Patience;
-use crate::shape::Shape;
+use crate::shape::Part;
 use pulp::Arch;
 
 /// By how much rounding, and the bridge between the ends of fixed steps, may exceed the motion that the bounds are made
@@ -68,11 +68,12 @@ pub(super) struct Approach {
 #[derive(Debug, Clone)]
 struct Reach {
     name: String,
-    shape: Shape,
+    /// The parts that can touch another body.
+    parts: Vec<Part>,
     radius: f64,
-    /// Larger semi-axis of the focal ellipse.
+    /// How far from the centre the mass reaches that attracts like the body: the focal ellipses of its parts.
     focal: f64,
-    /// G times the mass, with what the quadrature may add to it.
+    /// G times the mass, with what the quadrature may add to it; voids count like matter.
     mu: f64,
 }
 
@@ -80,13 +81,16 @@ impl Approach {
     pub fn new(system: &System) -> Self {
         let reach = |body: &crate::shape::Body| Reach {
             name: body.name.clone(),
-            shape: body.shape,
-            radius: body.shape.circumradius(),
-            focal: match &body.shape {
-                Shape::Ellipsoid(e) => e.focal_axes()[0],
-                Shape::Point => 0.0,
-            },
-            mu: system.gravitational_constant() * body.mass * (1.0 + system.settings().gravity_tolerance),
+            parts: body.outer_parts().cloned().collect(),
+            radius: body.circumradius(),
+            focal: body
+                .parts()
+                .iter()
+                .map(|p| p.position().norm() + p.shape.focal_reach())
+                .fold(0.0, f64::max),
+            mu: system.gravitational_constant()
+                * body.mass_without_signs()
+                * (1.0 + system.settings().gravity_tolerance),
         };
         let bodies: Vec<Reach> = system.bodies().iter().map(reach).collect();
         let n = bodies.len();
@@ -259,12 +263,15 @@ impl Approach {
                 if touching == 0.0 || near - bend > touching + MARGIN * near {
                     continue;
                 }
-                let until = found.map_or(1.0, |contact| contact.theta);
-                let mut encounter =
-                    Encounter::new(piece, layout, [i, j], [&a.shape, &b.shape], [&a.name, &b.name]);
-                if let Some(theta) = encounter.first(until, patience)? {
-                    let time = piece.time_at(theta);
-                    found = Some(Contact { bodies: [i, j], piece: index, theta, time });
+                for parts in
+                    a.parts.iter().flat_map(|first| b.parts.iter().map(move |second| [first, second]))
+                {
+                    let until = found.map_or(1.0, |contact| contact.theta);
+                    let mut encounter = Encounter::new(piece, layout, [i, j], parts, [&a.name, &b.name]);
+                    if let Some(theta) = encounter.first(until, patience)? {
+                        let time = piece.time_at(theta);
+                        found = Some(Contact { bodies: [i, j], piece: index, theta, time });
+                    }
                 }
             }
         }

@@ -220,15 +220,13 @@ impl Contents {
         patience: &mut Patience,
     ) -> Result<Simulation> {
         let mut setup = self.setup()?;
-        let bodies = setup.bodies.into_iter().map(|body| Body::with_mass(body.name, body.shape, body.mass));
         for force in &mut setup.forces {
             if let Force::Function(function) = force {
                 function.call = functions(&function.name);
             }
         }
-        let system =
-            System::new(bodies.collect::<Result<_>>()?, setup.gravitational_constant, setup.settings)?
-                .with_forces(setup.forces)?;
+        let system = System::new(setup.bodies, setup.gravitational_constant, setup.settings)?
+            .with_forces(setup.forces)?;
         let frame = BarycentricFrame {
             layout: system.layout(),
             epoch: self.start.epoch,

@@ -1,4 +1,4 @@
-//! The first overlap of two bodies on a piece of the continuous solution.
+//! The first overlap of two parts of two bodies on a piece of the continuous solution.
 //!
 //! Intervals of the piece are shown to be free of overlap, one after the other, each as long as it can be (conservative
 //! advancement). In an interval a plane between the bodies turns with the line of their centres. Its gap to the bodies at the
@@ -12,7 +12,7 @@ use crate::integrate::{Segment, root};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::Pose;
 use crate::patience::Patience;
-use crate::shape::{Shape, growth, normal, support};
+use crate::shape::{Part, Place, Shape, growth, normal, support};
 use nalgebra::Rotation3;
 
 /// Half of the shortest interval, as a part of the piece. Between two places this near to each other even the tips of needles
@@ -25,14 +25,17 @@ const TOUCHING: f64 = 5e-14;
 /// Units of work of an interval.
 const WORK: u64 = 100;
 
-/// Two bodies on a piece.
+/// A part of one body and a part of another on a piece.
 pub(super) struct Encounter<'a> {
     piece: &'a Segment,
     layout: Layout,
     bodies: [usize; 2],
     shapes: [&'a Shape; 2],
+    /// Where the parts are in their bodies; none at the origin.
+    places: [Option<Place>; 2],
     names: [&'a str; 2],
-    /// Bounds of the first three derivatives by the piece's fraction: of the separation, and of the numbers of each attitude.
+    /// Bounds of the first three derivatives by the piece's fraction: of the separation of the bodies, and of the numbers of each
+    /// attitude.
     separation: [f64; 3],
     attitudes: [[f64; 3]; 2],
     /// Where the last plane was found.
@@ -53,7 +56,7 @@ impl<'a> Encounter<'a> {
         piece: &'a Segment,
         layout: Layout,
         bodies: [usize; 2],
-        shapes: [&'a Shape; 2],
+        parts: [&'a Part; 2],
         names: [&'a str; 2],
     ) -> Self {
         let [first, second] = bodies.map(|body| piece.rates(layout.position(body), 3));
@@ -70,7 +73,8 @@ impl<'a> Encounter<'a> {
             piece,
             layout,
             bodies,
-            shapes,
+            shapes: parts.map(|part| &part.shape),
+            places: parts.map(|part| part.place),
             names,
             separation: [0, 1, 2].map(|k| first[k] + second[k]),
             attitudes: bodies.map(attitude),
@@ -129,6 +133,7 @@ impl<'a> Encounter<'a> {
         let pose = self.pose(theta);
         let [a, b] = self.shapes;
         growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second)
+            .with_levers(pose.separation.norm(), a.circumradius() + b.circumradius(), self.places)
             .overlap(self.names[0], self.names[1])
     }
 
@@ -141,15 +146,28 @@ impl<'a> Encounter<'a> {
         }
     }
 
+    /// The vector from the first part's centre to the second's.
     fn separation(&self, basis: &Basis) -> Vec3 {
         let [first, second] = self.bodies.map(|body| self.layout.position(body));
-        Vec3::from(
+        let mut separation = Vec3::from(
             [0, 1, 2].map(|c| self.piece.number(basis, second + c) - self.piece.number(basis, first + c)),
-        )
+        );
+        for (which, sign) in [(0, -1.0), (1, 1.0)] {
+            if let Some(place) = &self.places[which] {
+                separation += self.body_rotation(which, basis).0 * place.position * sign;
+            }
+        }
+        separation
     }
 
-    /// The rotation of one of the bodies, and the length of its quaternion.
+    /// The rotation of one of the parts, and the length of the quaternion of its body.
     fn rotation(&self, which: usize, basis: &Basis) -> (Mat3, f64) {
+        let (rotation, length) = self.body_rotation(which, basis);
+        (self.places[which].map_or(rotation, |place| rotation * place.rotation), length)
+    }
+
+    /// The same of the bodies.
+    fn body_rotation(&self, which: usize, basis: &Basis) -> (Mat3, f64) {
         let index = self.layout.attitude(self.bodies[which]);
         let number = |c: usize| self.piece.number(basis, index + c);
         match self.layout.chart {
@@ -174,7 +192,7 @@ impl<'a> Encounter<'a> {
         let along = Rotation3::new(turn * half);
         let turned = |n: Vec3| [along.inverse_transform_vector(&n), n, along * n];
         let w = turn.norm();
-        let [v, a, j] = self.separation;
+        let Some([v, a, j]) = self.moving(&places[1], half) else { return Verdict::Unknown };
         let cubic = j + 3.0 * w * (a + w * v) + w * w * w * (distance + v * half);
         let least = |gap: [f64; 3], cubic: f64| parabola(gap) - REST * cubic * half * half * half;
 
@@ -226,6 +244,19 @@ impl<'a> Encounter<'a> {
         } else {
             Verdict::Unknown
         }
+    }
+
+    /// Bounds of the first three derivatives of the separation of the parts, which turn about the centres of their bodies.
+    fn moving(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
+        let mut bounds = self.separation;
+        for which in [0, 1] {
+            if let Some(place) = &self.places[which] {
+                let turning = self.turning(which, self.body_rotation(which, middle).1, half)?;
+                let arm = place.position.norm();
+                (0..3).for_each(|k| bounds[k] += arm * turning[k]);
+            }
+        }
+        Some(bounds)
     }
 
     /// Bounds of the first three derivatives of a vector that turns with one of the bodies; none where its quaternion comes near

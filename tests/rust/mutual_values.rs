@@ -190,15 +190,15 @@ fn spheres_and_points_pull_like_points() {
     let pose = pose(separation, attitude_of([0.3, 1.1, -2.0]), attitude_of([1.3, -0.1, 0.4]));
     let (large, small) = (Shape::sphere(2.0).unwrap(), Shape::sphere(0.3).unwrap());
     for shapes in [
-        [large, small],
-        [small, large],
-        [large, Shape::Point],
-        [Shape::Point, small],
-        [Shape::Point, Shape::Point],
+        [&large, &small],
+        [&small, &large],
+        [&large, &Shape::Point],
+        [&Shape::Point, &small],
+        [&Shape::Point, &Shape::Point],
     ] {
         for method in [Method::Surface, Method::Focal, Method::Multipole(4), Method::Point] {
             let Outcome { f, energy, .. } =
-                run(shapes, method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
+                run(shapes.map(Shape::clone), method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
             close_vector(&f.force_on_first, &(separation / (r * r * r)), 4e-15);
             close(energy, -1.0 / r, 2e-15);
             for torque in [f.torque_first, f.torque_second] {
@@ -221,7 +221,7 @@ fn the_papers_own_check_a_point_masss_potential_over_a_spheroid() {
         for (method, tolerance) in [(Method::Surface, 3e-14), (Method::Focal, 3e-14)] {
             // First the point, second the spheroid: the force on a unit point mass is the field.
             let Outcome { f, energy, nodes, .. } =
-                run([Shape::Point, spheroid], method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
+                run([Shape::Point, spheroid.clone()], method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
             assert!(nodes > 20 || method == Method::Focal, "an integral over {nodes} nodes");
             close_vector(&f.force_on_first, &(turn * field), tolerance);
             close(energy, -potential, tolerance);

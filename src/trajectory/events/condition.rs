@@ -3,7 +3,7 @@
 use crate::dynamics::{BarycentricFrame, Dynamics, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
-use crate::shape::growth;
+use crate::shape::meeting;
 
 /// A caller's function of the state.
 pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
@@ -180,7 +180,7 @@ impl Condition<'_> {
             }
             Self::Alignment { body, other } => {
                 two(*body, *other)?;
-                let mut axes = bodies[*body].shape.semi_axes();
+                let mut axes = bodies[*body].semi_axes();
                 axes.sort_by(f64::total_cmp);
                 if axes[2] > axes[1] {
                     Ok(())
@@ -235,21 +235,14 @@ impl Condition<'_> {
 fn contact(at: &Place, first: usize, second: usize) -> Result<f64> {
     let (r, _) = at.relative(first, second);
     let bodies = at.system().bodies();
-    let (a, b) = (&bodies[first], &bodies[second]);
-    let reach = a.shape.circumradius() + b.shape.circumradius();
-    // Far apart the bodies' own spheres are near enough, and cheaper.
-    if r.norm() > 2.0 * reach {
-        return Ok(r.norm() / reach - 1.0);
-    }
-    let growth = growth(&a.shape, &b.shape, &r, &at.rotation(first), &at.rotation(second));
-    // A sign that rounding decides is no contact.
-    growth.overlap(&a.name, &b.name)?;
-    Ok(growth.factor - 1.0)
+    let rotations = [&at.rotation(first), &at.rotation(second)];
+    // What is too thin for a sign that rounding does not decide is an error.
+    Ok(meeting([&bodies[first], &bodies[second]], &r, rotations)?.factor - 1.0)
 }
 
 fn alignment(at: &Place, body: usize, other: usize) -> f64 {
     let (r, v) = at.relative(body, other);
-    let axes = at.system().bodies()[body].shape.semi_axes();
+    let axes = at.system().bodies()[body].semi_axes();
     let longest = (0..3).fold(0, |best, k| if axes[k] > axes[best] { k } else { best });
     let mut axis = Vec3::zeros();
     axis[longest] = 1.0;

@@ -63,15 +63,15 @@ pub fn check(bytes: &[u8]) {
     let separation = direction * ((1.0 + gap) / square.sqrt());
     let pose = Pose { separation, rotation_first: first, rotation_second: second };
     let back = Pose { separation: -separation, rotation_first: second, rotation_second: first };
-    let levers = shapes.map(|shape| shape.circumradius());
+    let levers = shapes.each_ref().map(Shape::circumradius);
     let distance = separation.norm();
     // Sharp rims and tips within each other's reach may be refused; nothing else.
     let near = distance < 2.0 * levers[0].max(levers[1]);
     let what = format!("{shapes:?} {pose:?}");
 
-    let focal = evaluate(shapes, Method::Focal, &pose);
+    let focal = evaluate([&shapes[0], &shapes[1]], Method::Focal, &pose);
     for method in [Method::Focal, Method::Surface, Method::Multipole(16), Method::Point] {
-        let outcome = evaluate(shapes, method, &pose);
+        let outcome = evaluate([&shapes[0], &shapes[1]], method, &pose);
         let Ok((f, energy)) = &outcome else {
             refused(&outcome, near, &what);
             continue;
@@ -89,7 +89,7 @@ pub fn check(bytes: &[u8]) {
         let arm = distance * f.force_on_first.norm();
         assert!(left <= AGREEMENT * arm, "{method} balance {:e} {what}", left / arm);
         // The other way round it is the opposite.
-        match evaluate([shapes[1], shapes[0]], method, &back) {
+        match evaluate([&shapes[1], &shapes[0]], method, &back) {
             Ok((mut swapped, its_energy)) => {
                 swapped.force_on_first = -swapped.force_on_first;
                 std::mem::swap(&mut swapped.torque_first, &mut swapped.torque_second);
@@ -109,8 +109,8 @@ pub fn check(bytes: &[u8]) {
     }
 }
 
-fn evaluate(shapes: [Shape; 2], method: Method, pose: &Pose) -> Result<(Interaction, f64)> {
-    let [a, b] = [BodyGravity::new("A", &shapes[0]), BodyGravity::new("B", &shapes[1])];
+fn evaluate(shapes: [&Shape; 2], method: Method, pose: &Pose) -> Result<(Interaction, f64)> {
+    let [a, b] = [BodyGravity::new("A", shapes[0]), BodyGravity::new("B", shapes[1])];
     let mut pair = Pair::new(a, b, method, 1e-14, None, VectorPath::Auto.arch().expect("a path"));
     pair.prepare(pose, 0.0)?;
     Ok((pair.interaction(pose), pair.potential_energy(pose)))

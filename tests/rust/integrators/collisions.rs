@@ -18,7 +18,7 @@ const STILL: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 fn system(shapes: &[Shape], g: f64) -> System {
     let names = ["A", "B", "C"];
-    let body = |(shape, name): (&Shape, &&str)| Body::with_mass(*name, *shape, 1.0).unwrap();
+    let body = |(shape, name): (&Shape, &&str)| Body::with_mass(*name, shape.clone(), 1.0).unwrap();
     System::new(shapes.iter().zip(&names).map(body).collect(), g, Settings::default()).unwrap()
 }
 

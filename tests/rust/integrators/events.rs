@@ -124,7 +124,7 @@ fn grazing() {
 #[test]
 fn grazing_contact() {
     let shape = Shape::ellipsoid([0.3, 0.2, 0.1]).unwrap();
-    let bodies = ["A", "B"].map(|name| Body::with_mass(name, shape, 1e-15).unwrap());
+    let bodies = ["A", "B"].map(|name| Body::with_mass(name, shape.clone(), 1e-15).unwrap());
     let settings = Settings { gravity: Method::Point, ..Settings::default() };
     let system = System::new(bodies.to_vec(), 1.0, settings).unwrap();
     // Straight past each other without gravity to speak of, along x, 0.4 - 1e-4 apart in y where 0.4 touches: sqrt(F) = 1 where

@@ -47,7 +47,7 @@ fn asks_after_so_much_work() {
 
 /// A lattice of bodies at rest.
 fn lattice(count: usize, shape: Shape) -> (System, State) {
-    let body = |k| Body::with_mass(format!("{k}"), shape, 1.0).unwrap();
+    let body = |k| Body::with_mass(format!("{k}"), shape.clone(), 1.0).unwrap();
     let system = System::new((0..count).map(body).collect(), 1.0, Settings::default()).unwrap();
     let place = |k: usize| Vec3::new((k % 10) as f64, (k / 10 % 10) as f64, (k / 100) as f64) * 10.0;
     let still = vec![Vec3::zeros(); count];

@@ -163,7 +163,8 @@ fn events_at_the_ends_of_steps() {
     let (system, state) = points(0.3);
     let mut bodies = system.bodies().to_vec();
     // The same orbit with a shape, so that every condition has a meaning.
-    bodies[0].shape = fullbody::shape::Shape::sphere(0.1).unwrap();
+    let ball = fullbody::shape::Shape::sphere(0.1).unwrap();
+    bodies[0] = fullbody::shape::Body::with_mass(bodies[0].name.clone(), ball, bodies[0].mass).unwrap();
     let system = System::new(bodies, 1.0, *system.settings()).unwrap();
     for pieces in [4, 7, 16] {
         let step = PI / f64::from(pieces);

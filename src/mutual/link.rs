@@ -1,0 +1,200 @@
+//! A part of one body and a part of another: their pair, with lever arms.
+
+use super::{BodyGravity, Interaction, Method, Pair, Pose};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::math::rotation::{turned, turned_back};
+use crate::quadrature::Order;
+use crate::shape::{Body, Part, Place, Shape};
+use pulp::Arch;
+
+/// Nothing is gained by a smaller tolerance of a force.
+const ROUND_OFF: f64 = 1e-16;
+
+/// Two parts of two bodies. All that is asked of it is in terms of the bodies: their pose, their centres, their masses.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// The pair of the shapes.
+    pub pair: Pair,
+    /// What the parts are of their bodies; none for two ordinary bodies.
+    arms: Option<Box<Arms>>,
+}
+
+#[derive(Debug, Clone)]
+struct Arms {
+    /// Product of the parts' shares of the masses of their bodies.
+    share: f64,
+    places: [Option<Place>; 2],
+}
+
+/// How two bodies may move in the time that a rule is chosen for.
+#[derive(Debug, Clone, Copy)]
+pub struct Foreseen {
+    /// The least separation of their centres.
+    pub reach: f64,
+    /// By how much each turns, in rad.
+    pub turns: [f64; 2],
+    /// The factor by which they would have to grow to touch; infinite where it is not known.
+    pub growth: f64,
+}
+
+/// Two parts are nearer to each other than the rule in force holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TooNear {
+    /// Separation of the parts' centres.
+    pub separation: f64,
+    /// The least at which the rule holds.
+    pub valid_from: f64,
+}
+
+impl Link {
+    /// The parts of two bodies that make links; one of each where the bodies count as points.
+    pub fn parts_of(bodies: [&Body; 2], method: Method) -> [usize; 2] {
+        if method == Method::Point { [1; 2] } else { bodies.map(|body| body.parts().len()) }
+    }
+
+    /// The link of two parts, by their places in the bodies. `tolerance` is relative to the force between the bodies.
+    pub fn new(
+        bodies: [&Body; 2],
+        parts: [usize; 2],
+        method: Method,
+        tolerance: f64,
+        fixed: Option<Order>,
+        arch: Arch,
+    ) -> Self {
+        let pair = |[first, second]: [BodyGravity; 2], tolerance| {
+            Pair::new(first, second, method, tolerance, fixed, arch)
+        };
+        if method == Method::Point {
+            let points = bodies.map(|body| BodyGravity::new(&body.name, &Shape::Point));
+            return Self { pair: pair(points, tolerance), arms: None };
+        }
+        let [first, second] = [0, 1].map(|k| &bodies[k].parts()[parts[k]]);
+        let gravity = [gravity(bodies[0], parts[0], first), gravity(bodies[1], parts[1], second)];
+        if first.place.is_none() && second.place.is_none() {
+            return Self { pair: pair(gravity, tolerance), arms: None };
+        }
+        // The forces of voids and of what they are cut from cancel, but their errors do not.
+        let terms = bodies.map(|body| body.mass_without_signs() / body.mass);
+        let tolerance = (tolerance / (terms[0] * terms[1])).max(tolerance.min(ROUND_OFF));
+        let share = (first.mass / bodies[0].mass) * (second.mass / bodies[1].mass);
+        let arms = Box::new(Arms { share, places: [first.place, second.place] });
+        Self { pair: pair(gravity, tolerance), arms: Some(arms) }
+    }
+
+    /// Chooses the rule for a pose, and for what is foreseen from there. May allocate: call it between steps. Gives the number of
+    /// nodes that were evaluated in order to choose.
+    pub fn prepare(&mut self, pose: &Pose, foreseen: Option<&Foreseen>) -> Result<u64> {
+        let own = self.pose(pose);
+        let closing = foreseen.map_or(0.0, |foreseen| self.closing(pose, &own, foreseen));
+        self.pair.prepare(&own, closing)
+    }
+
+    /// How much of the parts' separation may close without overlap.
+    fn closing(&self, pose: &Pose, own: &Pose, foreseen: &Foreseen) -> f64 {
+        let distance = own.separation.norm();
+        let (mut reach, mut growth) = (foreseen.reach, foreseen.growth);
+        if let Some(arms) = &self.arms {
+            // A chord is no longer than its arc, nor than two radii.
+            let swing = |body: usize| {
+                foreseen.turns[body].min(2.0) * arms.places[body].map_or(0.0, |place| place.position.norm())
+            };
+            reach = distance - (pose.separation.norm() - foreseen.reach) - swing(0) - swing(1);
+            growth = f64::INFINITY;
+        }
+        let touching = if reach > self.pair.apart_from() {
+            0.0
+        } else if growth.is_finite() {
+            1.0 / growth
+        } else {
+            1.0 / self.pair.growth(own)
+        };
+        (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
+    }
+
+    /// Whether the parts are nearer to each other than the rule in force holds.
+    #[inline]
+    pub fn too_near(&self, pose: &Pose) -> Option<TooNear> {
+        let valid_from = self.pair.valid_from();
+        let separation = match &self.arms {
+            None => pose.separation.norm(),
+            // Most parts are spheres or points, whose rules hold everywhere.
+            Some(_) if valid_from == 0.0 => return None,
+            Some(arms) => arms.separation(pose).norm(),
+        };
+        (!self.pair.covers(separation)).then_some(TooNear { separation, valid_from })
+    }
+
+    /// Force on the bodies' centres and torques about them, with the rule in force: the share of this link in the whole of the
+    /// two bodies.
+    #[inline]
+    pub fn interaction(&self, pose: &Pose) -> Interaction {
+        let Some(arms) = &self.arms else { return self.pair.interaction(pose) };
+        arms.about_centres(pose, self.pair.interaction(&arms.pose(pose)))
+    }
+
+    /// The share of this link in the potential energy per unit G m m.
+    pub fn potential_energy(&self, pose: &Pose) -> f64 {
+        match &self.arms {
+            None => self.pair.potential_energy(pose),
+            Some(arms) => arms.share * self.pair.potential_energy(&arms.pose(pose)),
+        }
+    }
+
+    fn pose(&self, pose: &Pose) -> Pose {
+        self.arms.as_ref().map_or(*pose, |arms| arms.pose(pose))
+    }
+}
+
+impl Arms {
+    /// The vector from the first part's centre to the second's.
+    #[inline]
+    fn separation(&self, pose: &Pose) -> Vec3 {
+        let mut separation = pose.separation;
+        if let Some(place) = &self.places[0] {
+            separation -= turned(&pose.rotation_first, &place.position);
+        }
+        if let Some(place) = &self.places[1] {
+            separation += turned(&pose.rotation_second, &place.position);
+        }
+        separation
+    }
+
+    #[inline]
+    fn pose(&self, pose: &Pose) -> Pose {
+        let mut own = Pose { separation: self.separation(pose), ..*pose };
+        if let Some(place) = &self.places[0] {
+            own.rotation_first *= place.rotation;
+        }
+        if let Some(place) = &self.places[1] {
+            own.rotation_second *= place.rotation;
+        }
+        own
+    }
+
+    /// From the parts' centres and frames to those of the bodies.
+    #[inline]
+    fn about_centres(&self, pose: &Pose, parts: Interaction) -> Interaction {
+        let force = parts.force_on_first * self.share;
+        let about = |place: &Option<Place>, rotation, torque: Vec3, force: Vec3| match place {
+            None => torque * self.share,
+            Some(place) => {
+                turned(&place.rotation, &torque) * self.share
+                    + place.position.cross(&turned_back(rotation, &force))
+            }
+        };
+        Interaction {
+            force_on_first: force,
+            torque_first: about(&self.places[0], &pose.rotation_first, parts.torque_first, force),
+            torque_second: about(&self.places[1], &pose.rotation_second, parts.torque_second, -force),
+        }
+    }
+}
+
+/// What of a part's gravity does not depend on the state, with the name that errors use.
+fn gravity(body: &Body, index: usize, part: &Part) -> BodyGravity {
+    if part.place.is_none() {
+        return BodyGravity::new(&body.name, &part.shape);
+    }
+    BodyGravity::new(&format!("part {index} of {}", body.name), &part.shape)
+}

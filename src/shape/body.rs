@@ -1,0 +1,145 @@
+//! Bodies: one part or several.
+
+use super::{GivenPart, Part, Shape, WorkingFrame};
+use crate::error::{Error, Result, require_positive};
+use crate::math::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// One part or several that are rigid together. The body frame has its origin in the centre of mass and its axes along the
+/// principal axes of inertia.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Description", into = "Description")]
+pub struct Body {
+    /// The name that errors and tables use.
+    pub name: String,
+    /// Mass in the system's units.
+    pub mass: f64,
+    pub(super) parts: Vec<Part>,
+    pub(super) inertia: Vec3,
+    /// Places of the parts that are not inside another one.
+    pub(super) outer: Vec<usize>,
+    pub(super) circumradius: f64,
+    /// Of a composite, what it was given as.
+    pub(super) given: Option<(Vec<GivenPart>, WorkingFrame)>,
+}
+
+impl Body {
+    /// A body of one shape with a given mass.
+    pub fn with_mass(name: impl Into<String>, shape: Shape, mass: f64) -> Result<Self> {
+        let name = name.into();
+        require_positive(&format!("mass of {name}"), mass)?;
+        Ok(Self {
+            name,
+            mass,
+            inertia: shape.inertia_per_mass() * mass,
+            outer: vec![0],
+            circumradius: shape.circumradius(),
+            parts: vec![Part { shape, mass, place: None }],
+            given: None,
+        })
+    }
+
+    /// A body of one shape with a given density; a point has none.
+    pub fn with_density(name: impl Into<String>, shape: Shape, density: f64) -> Result<Self> {
+        let name = name.into();
+        require_positive(&format!("density of {name}"), density)?;
+        match shape.volume() {
+            volume if volume > 0.0 => Self::with_mass(name, shape, density * volume),
+            _ => Err(Error::invalid(format!("density of {name}"), density, "a mass: a point has no volume")),
+        }
+    }
+
+    /// The parts, in the body frame.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The parts that are not inside another one: the body's extent is all of theirs. A void counts like any part, so that one
+    /// that opens to the surface is closed to other bodies.
+    pub fn outer_parts(&self) -> impl Iterator<Item = &Part> + Clone {
+        self.outer.iter().map(|&part| &self.parts[part])
+    }
+
+    /// Principal moments of inertia (I11, I22, I33); zero for a point.
+    pub fn inertia(&self) -> Vec3 {
+        self.inertia
+    }
+
+    /// A distance from the centre that no point of the body exceeds: the largest semi-axis of an ordinary body, and in a
+    /// composite the largest of its parts' with their distances from the centre; zero for a point.
+    pub fn circumradius(&self) -> f64 {
+        self.circumradius
+    }
+
+    /// The sum of the parts' masses without their signs.
+    pub fn mass_without_signs(&self) -> f64 {
+        if self.given.is_none() { self.mass } else { self.parts.iter().map(|part| part.mass.abs()).sum() }
+    }
+
+    /// Volume of an ordinary body, zero for a point; none for a composite, whose parts may overlap.
+    pub fn volume(&self) -> Option<f64> {
+        self.given.is_none().then(|| self.parts[0].shape.volume())
+    }
+
+    /// Semi-axes along the body frame: those of an ellipsoid, zeros for a point, and for a composite or a polyhedron those of the
+    /// homogeneous ellipsoid with the same mass and the same moments of inertia.
+    pub fn semi_axes(&self) -> [f64; 3] {
+        if self.given.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_)) {
+            return self.parts[0].shape.semi_axes();
+        }
+        let all = self.inertia.sum();
+        [0, 1, 2].map(|k| (2.5 * (all - 2.0 * self.inertia[k]) / self.mass).max(0.0).sqrt())
+    }
+
+    /// Where the working frame of a composite or a polyhedron lies in the body frame; none for other bodies.
+    pub fn working_frame(&self) -> Option<WorkingFrame> {
+        match (&self.given, &self.parts[0].shape) {
+            (Some((_, frame)), _) => Some(*frame),
+            (None, Shape::Polyhedron(polyhedron)) => Some(polyhedron.working_frame()),
+            _ => None,
+        }
+    }
+
+    /// Whether the body is of several parts, or of one that is not at the origin.
+    pub fn is_composite(&self) -> bool {
+        self.given.is_some()
+    }
+}
+
+/// What a body is made from, for archives and the Python package.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+enum Description {
+    Ordinary {
+        name: String,
+        #[serde(rename = "semi_axes")]
+        shape: Shape,
+        mass: f64,
+    },
+    Composite {
+        name: String,
+        parts: Vec<GivenPart>,
+    },
+}
+
+impl TryFrom<Description> for Body {
+    type Error = Error;
+
+    fn try_from(description: Description) -> Result<Self> {
+        match description {
+            Description::Ordinary { name, shape, mass } => Self::with_mass(name, shape, mass),
+            Description::Composite { name, parts } => Self::composite(name, parts),
+        }
+    }
+}
+
+impl From<Body> for Description {
+    fn from(body: Body) -> Self {
+        match body {
+            Body { name, given: Some((parts, _)), .. } => Self::Composite { name, parts },
+            Body { name, mass, mut parts, .. } => {
+                Self::Ordinary { name, shape: parts.swap_remove(0).shape, mass }
+            }
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Parts of bodies: a shape with a mass at a place.
+
+use super::Shape;
+use crate::error::{Error, Result, require_finite, require_positive};
+use crate::math::{Mat3, Vec3, rotation};
+use serde::{Deserialize, Serialize};
+
+/// Where a frame lies in another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// The frame's origin.
+    pub position: Vec3,
+    /// Turns the frame's vectors into those of the other one.
+    pub rotation: Mat3,
+}
+
+/// A part of a body, in the body's own frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// The shape, about its own centre.
+    pub shape: Shape,
+    /// Mass; negative for a void.
+    pub mass: f64,
+    /// Where it is in the body's frame; none for the one part of an ordinary body, which is at the origin and unturned.
+    pub place: Option<Place>,
+}
+
+impl Part {
+    /// Where the part's centre is in the body's frame.
+    pub fn position(&self) -> Vec3 {
+        self.place.map_or_else(Vec3::zeros, |place| place.position)
+    }
+
+    /// Turns the part's vectors into those of the body's frame.
+    pub fn rotation(&self) -> Mat3 {
+        self.place.map_or_else(Mat3::identity, |place| place.rotation)
+    }
+}
+
+/// A part of a composite as it was given: in the working frame, which is any.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GivenPart {
+    /// The shape.
+    #[serde(rename = "semi_axes")]
+    pub shape: Shape,
+    /// Mass, of either sign.
+    pub mass: f64,
+    /// The part's centre; of a polyhedron the origin of its vertices' frame.
+    pub position: [f64; 3],
+    /// Quaternion that turns the part's vectors into those of the working frame.
+    pub attitude: [f64; 4],
+}
+
+impl GivenPart {
+    /// The mass of a part by its density, of either sign; `what` names the part for errors.
+    pub fn mass_of(what: &str, shape: &Shape, density: f64) -> Result<f64> {
+        let volume = shape.volume();
+        if volume > 0.0 {
+            Ok(density * volume)
+        } else {
+            Err(Error::invalid(format!("density of {what}"), density, "a mass: a point has no volume"))
+        }
+    }
+
+    /// Refuses numbers that say nothing.
+    pub(super) fn check(&self, what: &str) -> Result<()> {
+        if !(self.mass.is_finite() && self.mass != 0.0) {
+            let expected = "a finite number that is not zero: above for matter, below for a void";
+            return Err(Error::invalid(format!("mass of {what}"), self.mass, expected));
+        }
+        require_finite(&format!("position of {what}"), &self.position)?;
+        require_finite(&format!("attitude of {what}"), &self.attitude)?;
+        let length = self.attitude.iter().fold(0.0, |length: f64, q| length.hypot(*q));
+        require_positive(&format!("length of the attitude of {what}"), length)
+    }
+
+    pub(super) fn place(&self) -> Place {
+        let rotation = rotation::matrix(rotation::normalised(self.attitude));
+        let position = Vec3::from(self.position);
+        let Shape::Polyhedron(polyhedron) = &self.shape else { return Place { position, rotation } };
+        // The frame that is placed is the one in which the vertices were given.
+        let frame = polyhedron.working_frame();
+        let rotation = rotation * rotation::matrix(frame.attitude).transpose();
+        Place { position: position - rotation * frame.position, rotation }
+    }
+}
