@@ -12,6 +12,8 @@ use pulp::Scalar;
 pub struct ExteriorField {
     name: String,
     parts: Vec<PartField>,
+    /// Whether points inside are welcome.
+    inside: bool,
 }
 
 /// The gravity of one part.
@@ -42,7 +44,12 @@ impl ExteriorField {
                 place: part.place,
             }
         };
-        Self { name: body.name.clone(), parts: body.parts().iter().map(field).collect() }
+        Self { name: body.name.clone(), parts: body.parts().iter().map(field).collect(), inside: false }
+    }
+
+    /// The same that takes points inside too: the gravity of homogeneous matter there, and none within a homothetic shell.
+    pub fn with_inside(self) -> Self {
+        Self { inside: true, ..self }
     }
 
     /// Phi (positive) at a point of the body frame, outside or on the surface.
@@ -61,9 +68,9 @@ impl ExteriorField {
         let (mut potential, mut field) = (-0.0, Vec3::repeat(-0.0));
         for part in &self.parts {
             let (phi, g) = match &part.place {
-                None => part.evaluate(point),
+                None => part.evaluate(point, self.inside),
                 Some(place) => part
-                    .evaluate(&place.rotation.tr_mul(&(point - place.position)))
+                    .evaluate(&place.rotation.tr_mul(&(point - place.position)), self.inside)
                     .map(|(phi, g)| (phi, place.rotation * g)),
             }
             .map_err(|expected| self.inside(point, expected))?;
@@ -91,7 +98,7 @@ impl ExteriorField {
 
 impl PartField {
     /// Phi and g at a point of the part's frame; what was expected where the point is inside.
-    fn evaluate(&self, point: &Vec3) -> std::result::Result<(f64, Vec3), &'static str> {
+    fn evaluate(&self, point: &Vec3, inside: bool) -> std::result::Result<(f64, Vec3), &'static str> {
         let x = point / self.unit;
         // The largest component is tried first: its square may overflow.
         let distance = x.amax() * (x / x.amax()).norm();
@@ -106,7 +113,13 @@ impl PartField {
         }
         // Points meant to lie on the surface may round to just inside it.
         if x.component_div(&Vec3::from(ellipsoid.semi_axes())).norm_squared() < 1.0 - 1e-12 {
-            return Err("a point outside or on the surface");
+            if !inside {
+                return Err("a point outside or on the surface");
+            }
+            let x = ellipsoid.canonical() * x;
+            let (potential, rd) = Near::new(ellipsoid, 0.0).inside(&x);
+            let field = ellipsoid.canonical().transpose() * -x.component_mul(&rd);
+            return Ok(self.in_units(potential, field));
         }
         let x = ellipsoid.canonical() * x;
         let kappa_min = x.norm_squared() - self.shape.circumradius().powi(2);

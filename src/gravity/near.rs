@@ -6,10 +6,11 @@
 //! there Newton's iterates rise monotonically to the root: no bracket can be left and no safeguard is needed.
 
 use super::{FieldKernel, PointField};
+use crate::math::Vec3;
 use crate::math::carlson::{duplications_needed, rd_triple};
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::Ellipsoid;
-use pulp::Simd;
+use pulp::{Scalar, Simd};
 
 /// Largest number of Newton steps; the slowest points seen take 9.
 const MAX_NEWTON: usize = 40;
@@ -31,6 +32,14 @@ impl Near {
     /// Whether the shortest semi-axis is below a thirtieth of the longest.
     pub fn is_flat(&self) -> bool {
         900.0 * self.squares[2] < self.squares[0]
+    }
+
+    /// Phi and R_i at a point inside, where kappa is zero.
+    pub fn inside(&self, x: &Vec3) -> (f64, Vec3) {
+        let rd =
+            rd_triple(self.squares.map(|s| Lanes::splat(Scalar, s)), self.duplications).map(Lanes::first);
+        let twice: f64 = (0..3).map(|i| (self.squares[i] - x[i] * x[i]) * rd[i]).sum();
+        (0.5 * twice, Vec3::from(rd))
     }
 
     /// Phi and R_i from the squares of a point's coordinates.

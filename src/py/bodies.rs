@@ -3,13 +3,44 @@
 use super::arrays::{array, from_vectors, vectors};
 use crate::error::Error;
 use crate::gravity::ExteriorField;
-use crate::shape::{Body, Shape};
+use super::polyhedra::PyPolyhedron;
+use crate::shape::{Body, GivenPart, Shape};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+/// A part in the working frame: shape, mass or density, position, attitude.
+type New<'py> = (PyShape<'py>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
+/// A part in the working frame: shape, mass, position, attitude.
+type Given<'py> = (PyShape<'py>, f64, [f64; 3], [f64; 4]);
+/// A part in the body frame: shape, mass, position, rotation matrix.
+type Placed<'py> = (PyShape<'py>, f64, [f64; 3], [[f64; 3]; 3]);
 
-/// A shape with a mass. A point has no semi-axes: `None`.
+/// A shape: a polyhedron, semi-axes, or none for a point.
+#[derive(FromPyObject, IntoPyObject)]
+pub enum PyShape<'py> {
+    Polyhedron(Bound<'py, PyPolyhedron>),
+    Axes(Option<[f64; 3]>),
+}
+
+impl<'py> PyShape<'py> {
+    fn of(py: Python<'py>, shape: &Shape) -> PyResult<Self> {
+        Ok(match shape {
+            Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
+            Shape::Polyhedron(p) => Self::Polyhedron(Bound::new(py, PyPolyhedron::from(p.clone()))?),
+            Shape::Point => Self::Axes(None),
+        })
+    }
+
+    fn shape(self) -> Result<Shape, Error> {
+        match self {
+            Self::Polyhedron(p) => Ok(Shape::Polyhedron(p.get().inner.clone())),
+            Self::Axes(axes) => axes.map_or(Ok(Shape::Point), Shape::ellipsoid),
+        }
+    }
+}
+
+/// One part or several. A point has no semi-axes: `None`.
 #[pyclass(frozen, name = "Body", module = "fullbody._core")]
 pub struct PyBody {
     pub inner: Body,
@@ -18,14 +49,14 @@ pub struct PyBody {
 #[pymethods]
 impl PyBody {
     #[new]
-    #[pyo3(signature = (name, semi_axes, mass=None, density=None))]
+    #[pyo3(signature = (name, shape, mass=None, density=None))]
     fn new(
         name: String,
-        semi_axes: Option<[f64; 3]>,
+        shape: PyShape<'_>,
         mass: Option<f64>,
         density: Option<f64>,
     ) -> Result<Self, Error> {
-        let shape = Shape::try_from(semi_axes)?;
+        let shape = shape.shape()?;
         let inner = match (mass, density) {
             (Some(mass), None) => Body::with_mass(name, shape, mass),
             (None, Some(density)) => Body::with_density(name, shape, density),
@@ -42,9 +73,67 @@ impl PyBody {
         self.inner.mass
     }
 
+    /// A body of several parts: (semi-axes, mass, density, position, attitude), with a mass or a density.
+    #[staticmethod]
+    fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self, Error> {
+        let given =
+            parts.into_iter().enumerate().map(|(index, (shape, mass, density, position, attitude))| {
+                let what = format!("part {index} of {name}");
+                let shape = shape.shape().map_err(|error| error.of(&what))?;
+                let mass = match (mass, density) {
+                    (Some(mass), None) => mass,
+                    (None, Some(density)) => GivenPart::mass_of(&what, &shape, density)?,
+                    _ => {
+                        return Err(Error::invalid(
+                            what,
+                            "not given just one of mass and density",
+                            "one of the two",
+                        ));
+                    }
+                };
+                Ok(GivenPart { shape, mass, position, attitude })
+            });
+        let given = given.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { inner: Body::composite(name, given)? })
+    }
+
+    /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
+    #[getter]
+    fn given<'py>(&self, py: Python<'py>) -> PyResult<Vec<Given<'py>>> {
+        let of = |part: &GivenPart| {
+            Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude))
+        };
+        self.inner.given().iter().map(of).collect()
+    }
+
+    /// All parts in the body frame.
+    #[getter]
+    fn parts<'py>(&self, py: Python<'py>) -> PyResult<Vec<Placed<'py>>> {
+        let parts = self.inner.parts().iter();
+        parts
+            .map(|part| {
+                let rotation = part.rotation().transpose();
+                Ok((PyShape::of(py, &part.shape)?, part.mass, part.position().into(), rotation.into()))
+            })
+            .collect()
+    }
+
+    /// Position and attitude of the working frame of a composite or a polyhedron in the body frame.
+    #[getter]
+    fn working_frame(&self) -> Option<([f64; 3], [f64; 4])> {
+        self.inner.working_frame().map(|frame| (frame.position.into(), frame.attitude))
+    }
+
+    /// Semi-axes of an ordinary body; of a composite those of the homogeneous ellipsoid of the same mass and inertia.
+    #[getter]
+    fn semi_axes(&self) -> [f64; 3] {
+        self.inner.semi_axes()
+    }
+
+    /// Volume of the ellipsoid with these semi-axes.
     #[getter]
     fn volume(&self) -> f64 {
-        self.inner.volume().unwrap_or(f64::NAN)
+        self.inner.volume()
     }
 
     #[getter]
@@ -53,7 +142,7 @@ impl PyBody {
     }
 }
 
-/// Exterior potential (K,) and field (K, 3) of a body at points (K, 3) of its frame.
+/// Potential (K,) and field (K, 3) of a body at points (K, 3) of its frame, which may be inside it if that is said.
 #[pyfunction]
 #[pyo3(name = "exterior_gravity")]
 pub fn exterior_gravity<'py>(
@@ -61,8 +150,10 @@ pub fn exterior_gravity<'py>(
     body: &PyBody,
     gravitational_constant: f64,
     points: PyReadonlyArrayDyn<'py, f64>,
+    inside: bool,
 ) -> PyResult<(Array<'py>, Array<'py>)> {
     let field = ExteriorField::new(&body.inner, gravitational_constant);
+    let field = if inside { field.with_inside() } else { field };
     let points = vectors("points", &points)?;
     let potential = points.iter().map(|p| field.potential(p)).collect::<Result<Vec<_>, _>>()?;
     let g = points.iter().map(|p| field.field(p)).collect::<Result<Vec<_>, _>>()?;

@@ -12,16 +12,22 @@ use numpy::{PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2, PyReadonlyAr
 use pulp::Arch;
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// A homogeneous polyhedron.
 #[pyclass(frozen, name = "Polyhedron", module = "fullbody._core")]
 pub struct PyPolyhedron {
-    pub inner: Arc<Polyhedron>,
+    pub inner: Polyhedron,
     /// Its gravity, made at the first use.
     gravity: OnceLock<Anywhere>,
+}
+
+impl From<Polyhedron> for PyPolyhedron {
+    fn from(inner: Polyhedron) -> Self {
+        Self { inner, gravity: OnceLock::new() }
+    }
 }
 
 #[pymethods]
@@ -35,13 +41,19 @@ impl PyPolyhedron {
         let vertices = vectors("vertices", &vertices)?;
         let faces = indices(&faces)?;
         let inner = listening(py, |patience| Polyhedron::new(&vertices, &faces, patience))?;
-        Ok(Self { inner: Arc::new(inner), gravity: OnceLock::new() })
+        Ok(inner.into())
     }
 
-    /// Vertices (V, 3) from the centre of mass.
+    /// Vertices (V, 3) as they were given, in the working frame.
+    #[getter]
+    fn given<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        from_vectors(py, &self.inner.given().collect::<Vec<_>>())
+    }
+
+    /// Vertices (V, 3) in the polyhedron's own frame.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        from_vectors(py, self.inner.vertices())
+        from_vectors(py, &self.inner.vertices().collect::<Vec<_>>())
     }
 
     /// Triangles of vertices (F, 3).
@@ -57,16 +69,17 @@ impl PyPolyhedron {
         self.inner.volume()
     }
 
-    /// The centre of mass in the frame of the given vertices.
+    /// Position and attitude of the working frame in the polyhedron's own frame.
     #[getter]
-    fn centre<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(py, self.inner.centre().as_slice().to_vec(), &[3])
+    fn working_frame(&self) -> ([f64; 3], [f64; 4]) {
+        let frame = self.inner.working_frame();
+        (frame.position.into(), frame.attitude)
     }
 
-    /// Mean of x x^T about the centre of mass (3, 3).
+    /// Principal moments of inertia of unit mass (3,).
     #[getter]
-    fn second_moments<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(py, self.inner.second_moments().as_slice().to_vec(), &[3, 3])
+    fn inertia_per_mass<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        array(py, self.inner.inertia_per_mass().as_slice().to_vec(), &[3])
     }
 
     #[getter]
@@ -74,7 +87,7 @@ impl PyPolyhedron {
         self.inner.circumradius()
     }
 
-    /// Potential (K,), field (K, 3) and gradient (K, 3, 3) per unit GM at points (K, 3) from the centre of mass; `surface` allows
+    /// Potential (K,), field (K, 3) and gradient (K, 3, 3) per unit GM at points (K, 3) of its own frame; `surface` allows
     /// points on the surface, where the gradient means nothing.
     fn gravity<'py>(
         &self,

@@ -4,6 +4,7 @@ use super::{GivenPart, Part, Shape, WorkingFrame};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// One part or several that are rigid together. The body frame has its origin in the centre of mass and its axes along the
 /// principal axes of inertia.
@@ -76,9 +77,14 @@ impl Body {
         if self.given.is_none() { self.mass } else { self.parts.iter().map(|part| part.mass.abs()).sum() }
     }
 
-    /// Volume of an ordinary body, zero for a point; none for a composite, whose parts may overlap.
-    pub fn volume(&self) -> Option<f64> {
-        self.given.is_none().then(|| self.parts[0].shape.volume())
+    /// Volume of an ordinary body, zero for a point; for a composite, whose parts may overlap, that of the ellipsoid with its
+    /// [`Self::semi_axes`].
+    pub fn volume(&self) -> f64 {
+        if self.given.is_none() {
+            return self.parts[0].shape.volume();
+        }
+        let [a, b, c] = self.semi_axes();
+        4.0 * PI / 3.0 * a * b * c
     }
 
     /// Semi-axes along the body frame: those of an ellipsoid, zeros for a point, and for a composite or a polyhedron those of the
@@ -89,6 +95,11 @@ impl Body {
         }
         let all = self.inertia.sum();
         [0, 1, 2].map(|k| (2.5 * (all - 2.0 * self.inertia[k]) / self.mass).max(0.0).sqrt())
+    }
+
+    /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
+    pub fn given(&self) -> &[GivenPart] {
+        self.given.as_ref().map_or(&[], |(parts, _)| parts)
     }
 
     /// Where the working frame of a composite or a polyhedron lies in the body frame; none for other bodies.

@@ -79,7 +79,7 @@ fn inertia(given: &[GivenPart], places: &[Place], centre: &Vec3) -> (Mat3, f64) 
     let mut tensors = Vec::with_capacity(given.len());
     let mut size = 0.0;
     for (part, place) in given.iter().zip(places) {
-        let own = Mat3::from_diagonal(&part.shape.inertia_per_mass());
+        let own = part.shape.inertia_tensor_per_mass();
         let arm = place.position - centre;
         let shifted = Mat3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose();
         let tensor = (place.rotation * own * place.rotation.transpose() + shifted) * part.mass;

@@ -29,7 +29,7 @@ pub use polyhedron::Polyhedron;
 pub use tree::{Block, Tree};
 
 use crate::error::{Error, Result, require_positive};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +133,11 @@ impl Shape {
             Self::Polyhedron(p) => p.inertia_per_mass(),
             Self::Point => Vec3::zeros(),
         }
+    }
+
+    /// The tensor of inertia of unit mass about the centre.
+    pub fn inertia_tensor_per_mass(&self) -> Mat3 {
+        Mat3::from_diagonal(&self.inertia_per_mass())
     }
 
     /// Larger semi-axis of the focal ellipse: how far from the centre the mass reaches that attracts alike; zero for a sphere

@@ -23,7 +23,7 @@ use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
 /// The layout that is written, and the only one that is read.
-pub const ARCHIVE_VERSION: u32 = 3;
+pub const ARCHIVE_VERSION: u32 = 4;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
@@ -48,7 +48,7 @@ pub struct Setup {
     pub integrator: Integrator,
 }
 
-/// Layout 3. These fields and those of their types stay as they are: a change makes a new layout.
+/// Layout 4. These fields and those of their types stay as they are: a change makes a new layout.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,
@@ -195,6 +195,7 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
 fn other_layout(version: u64) -> Error {
     let from = match version {
         1 => ", that of fullbody 0.1.0",
+        3 => ", that of fullbody 0.2.0",
         version if version > u64::from(ARCHIVE_VERSION) => ", that of a newer fullbody",
         _ => "",
     };

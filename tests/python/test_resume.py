@@ -301,4 +301,4 @@ def test_a_file_of_another_version_is_refused_by_its_version():
     with pytest.raises(fullbody.InvalidInput, match=r"0\.1\.0\.sim is .* layout 1, that of fullbody 0\.1\.0; expected"):
         fullbody.Simulation.load(DATA / "simulation-0.1.0.sim")
     with pytest.raises(fullbody.InvalidInput, match=r"it is a simulation; fullbody\.Simulation\.load reads it"):
-        fullbody.load(DATA / "simulation-3.bin")
+        fullbody.load(DATA / "simulation-4.bin")

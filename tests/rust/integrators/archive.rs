@@ -91,21 +91,23 @@ fn other_layouts_are_refused_by_their_number() {
     // The core's own file, and that of the Python package, both of version 0.1.0.
     for name in ["simulation-1.bin", "simulation-0.1.0.sim"] {
         let refusal = read(&data(name)).unwrap_err().to_string();
-        for part in ["of layout 1", "fullbody 0.1.0", "expected layout 3"] {
+        for part in ["of layout 1", "fullbody 0.1.0", "expected layout 4"] {
             assert!(refusal.contains(part), "{name}: {refusal}");
         }
     }
+    let refusal = read(&data("simulation-3.bin")).unwrap_err().to_string();
+    assert!(refusal.contains("of layout 3, that of fullbody 0.2.0"), "{refusal}");
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut bytes = Simulation::new(&system, &state, verner98(1e-11)).unwrap().to_bytes().unwrap();
-    bytes[8] = 4;
+    bytes[8] = 5;
     let refusal = read(&bytes).unwrap_err().to_string();
-    assert!(refusal.contains("of layout 4, that of a newer fullbody"), "{refusal}");
+    assert!(refusal.contains("of layout 5, that of a newer fullbody"), "{refusal}");
 }
 
 /// A file of the present layout, which cannot change unseen.
 #[test]
 fn reads_its_layout() {
-    let simulation = read(&data("simulation-3.bin")).unwrap();
+    let simulation = read(&data("simulation-4.bin")).unwrap();
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut again = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     integrate(&mut again, 1.0, &Output::Times(vec![]), false);
@@ -118,7 +120,7 @@ fn reads_its_layout() {
 #[test]
 fn a_written_file_is_read() {
     // The way to the kept file of a new layout: write it, then move it to tests/data in place of the old one.
-    assert_eq!(ARCHIVE_VERSION, 3, "a new layout needs a file of its own");
+    assert_eq!(ARCHIVE_VERSION, 4, "a new layout needs a file of its own");
     let path = std::env::temp_dir().join(format!("fullbody-simulation-{}.bin", std::process::id()));
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut simulation = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
