@@ -9,7 +9,7 @@ use crate::mutual::{Link, Method, Pose};
 use crate::names::Named;
 use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, meeting};
+use crate::shape::{Body, Shape, meeting};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
@@ -103,6 +103,21 @@ impl System {
                 format!("({}, {})", order.gauss, order.angles),
                 "(n, m) with n from 1 to 512 and m from 1 to 1024",
             ));
+        }
+        let faceted = bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
+        if let Some(body) = faceted {
+            let refuse = |what: &str, found: String, expected: &str| {
+                let beside = format!("{expected} beside {}, a polyhedron", body.name);
+                Err(Error::invalid(what, found, beside))
+            };
+            if let Some(order) = settings.order {
+                let found = format!("({}, {})", order.gauss, order.angles);
+                return refuse("order", found, "none: gravity_tolerance chooses the rules");
+            }
+            if let Method::Multipole(_) = settings.gravity {
+                let found = format!("\"{}\"", settings.gravity);
+                return refuse("gravity", found, "\"surface\", \"focal\" or \"point\"");
+            }
         }
         let arch = settings.vector_path.arch().ok_or_else(|| {
             Error::invalid(

@@ -1,10 +1,12 @@
 //! Shapes, bodies and the gravity of one body.
 
 use super::arrays::{array, from_vectors, vectors};
+use super::listening::listening;
+use super::polyhedra::{PyPolyhedron, over_cores};
 use crate::error::Error;
 use crate::gravity::ExteriorField;
-use super::polyhedra::PyPolyhedron;
-use crate::shape::{Body, GivenPart, Shape};
+use crate::math::Vec3;
+use crate::shape::{Body, GivenPart, Part, Shape};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -50,12 +52,7 @@ pub struct PyBody {
 impl PyBody {
     #[new]
     #[pyo3(signature = (name, shape, mass=None, density=None))]
-    fn new(
-        name: String,
-        shape: PyShape<'_>,
-        mass: Option<f64>,
-        density: Option<f64>,
-    ) -> Result<Self, Error> {
+    fn new(name: String, shape: PyShape<'_>, mass: Option<f64>, density: Option<f64>) -> Result<Self, Error> {
         let shape = shape.shape()?;
         let inner = match (mass, density) {
             (Some(mass), None) => Body::with_mass(name, shape, mass),
@@ -100,9 +97,8 @@ impl PyBody {
     /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
     #[getter]
     fn given<'py>(&self, py: Python<'py>) -> PyResult<Vec<Given<'py>>> {
-        let of = |part: &GivenPart| {
-            Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude))
-        };
+        let of =
+            |part: &GivenPart| Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude));
         self.inner.given().iter().map(of).collect()
     }
 
@@ -155,8 +151,12 @@ pub fn exterior_gravity<'py>(
     let field = ExteriorField::new(&body.inner, gravitational_constant);
     let field = if inside { field.with_inside() } else { field };
     let points = vectors("points", &points)?;
-    let potential = points.iter().map(|p| field.potential(p)).collect::<Result<Vec<_>, _>>()?;
-    let g = points.iter().map(|p| field.field(p)).collect::<Result<Vec<_>, _>>()?;
-    let count = potential.len();
+    let faces = |part: &Part| if let Shape::Polyhedron(p) = &part.shape { p.faces().len() } else { 1 };
+    let work: usize = body.inner.parts().iter().map(faces).sum();
+    let both = listening(py, |patience| {
+        over_cores(&points, work, patience, |_, p| Ok((field.potential(p)?, field.field(p)?)))
+    })?;
+    let count = both.len();
+    let (potential, g): (Vec<f64>, Vec<Vec3>) = both.into_iter().unzip();
     Ok((array(py, potential, &[count])?, from_vectors(py, &g)?))
 }

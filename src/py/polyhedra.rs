@@ -118,7 +118,6 @@ impl PyPolyhedron {
         Ok(self.gravity.get_or_init(|| made))
     }
 
-    /// Over the cores, looking for Ctrl-C between groups of points.
     fn fields(
         &self,
         anywhere: &Anywhere,
@@ -126,28 +125,42 @@ impl PyPolyhedron {
         surface: bool,
         patience: &mut Patience,
     ) -> Result<Vec<PolyhedralField>, Error> {
-        /// Facets of all points of a group: a few milliseconds of work.
-        const GROUP: usize = 200_000;
         /// Points whose distance from the surface is below this share of the size lie on it.
         const ON: f64 = 1e-14;
-        let group = (GROUP / self.inner.faces().len()).max(1);
-        let mut fields = Vec::with_capacity(points.len());
-        for (start, points) in (0..).step_by(group).zip(points.chunks(group)) {
-            patience.spend(crate::patience::UNITS / 2, 0.0)?;
-            let one = |(index, x): (usize, &Vec3)| {
-                require_finite(&format!("point {index}"), x.as_slice())?;
-                if !surface && self.inner.distance(x) <= ON * self.inner.circumradius() {
-                    let value = format!("[{}, {}, {}]", x.x, x.y, x.z);
-                    let expected = "one off the surface, where the gradient jumps and is infinite on edges";
-                    return Err(Error::invalid(format!("point {index}"), value, expected));
-                }
-                Ok(anywhere.at(x))
-            };
-            let numbered = points.par_iter().enumerate().map(|(k, x)| (start + k, x));
-            fields.extend(numbered.map(one).collect::<Result<Vec<_>, Error>>()?);
-        }
-        Ok(fields)
+        over_cores(points, self.inner.faces().len(), patience, |index, x| {
+            require_finite(&format!("point {index}"), x.as_slice())?;
+            if !surface && self.inner.distance(x) <= ON * self.inner.circumradius() {
+                let value = format!("[{}, {}, {}]", x.x, x.y, x.z);
+                let expected = "one off the surface, where the gradient jumps and is infinite on edges";
+                return Err(Error::invalid(format!("point {index}"), value, expected));
+            }
+            Ok(anywhere.at(x))
+        })
     }
+}
+
+/// Something at many points over the cores, looking for Ctrl-C between groups of points; `work` is that at a point, in facets.
+pub fn over_cores<T: Send>(
+    points: &[Vec3],
+    work: usize,
+    patience: &mut Patience,
+    at: impl Fn(usize, &Vec3) -> Result<T, Error> + Sync,
+) -> Result<Vec<T>, Error> {
+    /// Facets of all points of a group: a few milliseconds.
+    const GROUP: usize = 200_000;
+    let group = (GROUP / work.max(1)).max(1);
+    let mut all = Vec::with_capacity(points.len());
+    for (start, points) in (0..).step_by(group).zip(points.chunks(group)) {
+        patience.spend(crate::patience::UNITS / 2, 0.0)?;
+        let one = |(k, x): (usize, &Vec3)| at(start + k, x);
+        // A group of little work is not worth the threads.
+        if points.len() * work < 2000 {
+            all.extend(points.iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?);
+        } else {
+            all.extend(points.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?);
+        }
+    }
+    Ok(all)
 }
 
 /// Rows of three vertices; those below zero are refused here, those too large with their face.

@@ -11,7 +11,7 @@
 
 use super::WorkingFrame;
 use super::composite::{principal_axes, quaternion};
-use super::distance::point_to_triangle;
+use super::distance::{between_triangles, point_to_triangle};
 use super::mesh::{Edge, check, solid_angle};
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result};
@@ -153,6 +153,30 @@ impl Polyhedron {
         let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
         let to_face = |face: u32, _| point_to_triangle(&point, &corners(face));
         self.scale * self.solid.tree.least(f64::INFINITY, |block| block.distance(&point), to_face)
+    }
+
+    /// The least value of a function of faces; `bound` is a bound from below for all faces in a box.
+    pub fn nearest(&self, bound: impl Fn(&Block) -> f64, of: impl Fn([Vec3; 3]) -> f64) -> f64 {
+        let bound = |block: &Block| bound(&block.scaled(self.scale));
+        self.solid.tree.least(f64::INFINITY, bound, |face, _| of(self.corners(face as usize)))
+    }
+
+    /// Distance of the nearest faces of this polyhedron and of one that is so placed and turned; zero where they meet.
+    pub fn nearest_to(&self, other: &Self, place: &Vec3, turn: &Mat3) -> f64 {
+        let whole = self.solid.tree.whole().scaled(self.scale);
+        // The faces of the other one, each against this one's tree.
+        let bound = |block: &Block| {
+            let (centre, radius) = block.scaled(other.scale).sphere();
+            whole.distance(&(place + turn * centre)) - radius
+        };
+        other.solid.tree.least(f64::INFINITY, bound, |face, most| {
+            let triangle = other.corners(face as usize).map(|v| place + turn * v);
+            let around = Block::of(&triangle);
+            let bound = |block: &Block| block.scaled(self.scale).apart(&around);
+            self.solid
+                .tree
+                .least(most, bound, |face, _| between_triangles(&self.corners(face as usize), &triangle))
+        })
     }
 
     /// Whether a point lies within the solid; of a point on the surface either answer may be had.

@@ -31,6 +31,16 @@ impl Block {
         (self.low - point).sup(&(point - self.high)).sup(&Vec3::zeros()).norm()
     }
 
+    /// Distance of two boxes; zero where they meet.
+    pub fn apart(&self, other: &Self) -> f64 {
+        (self.low - other.high).sup(&(other.low - self.high)).sup(&Vec3::zeros()).norm()
+    }
+
+    /// The box times a factor above zero.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { low: self.low * factor, high: self.high * factor }
+    }
+
     /// Centre, and the distance of the corners from it.
     pub fn sphere(&self) -> (Vec3, f64) {
         (0.5 * (self.low + self.high), 0.5 * (self.high - self.low).norm())
@@ -87,6 +97,11 @@ impl Tree {
             self.nodes[index].content = Content::Branches(second);
         }
         index
+    }
+
+    /// The box around all.
+    pub fn whole(&self) -> Block {
+        self.nodes[0].block
     }
 
     /// Calls `visit` with every item whose box meets a box.
