@@ -27,8 +27,10 @@ from .errors import (
     StepSizeTooSmall,
     UncheckedFile,
 )
-from .model.bodies import Body, Ellipsoid, PointMass, Sphere
+from .model.bodies import Body
+from .model.composite import Composite, Part, WorkingFrame
 from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
 from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
@@ -75,6 +77,7 @@ __all__ = [
     "Body",
     "ChartSingularity",
     "Component",
+    "Composite",
     "Dense",
     "DormandPrince54",
     "Ellipsoid",
@@ -90,6 +93,7 @@ __all__ = [
     "LieGroupVariational",
     "Loads",
     "NotConverged",
+    "Part",
     "PointMass",
     "PrecisionWarning",
     "Run",
@@ -108,6 +112,7 @@ __all__ = [
     "Verner76",
     "Verner87",
     "Verner98",
+    "WorkingFrame",
     "__version__",
     "binary",
     "events",

@@ -9,7 +9,7 @@ use crate::mutual::{Link, Method, Pose};
 use crate::names::Named;
 use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, Shape, meeting};
+use crate::shape::{Body, Meeting, Shape};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
@@ -104,7 +104,8 @@ impl System {
                 "(n, m) with n from 1 to 512 and m from 1 to 1024",
             ));
         }
-        let faceted = bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
+        let faceted =
+            bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
         if let Some(body) = faceted {
             let refuse = |what: &str, found: String, expected: &str| {
                 let beside = format!("{expected} beside {}, a polyhedron", body.name);
@@ -224,7 +225,7 @@ impl System {
             return Ok(f64::INFINITY);
         }
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let meeting = meeting([first, second], &pose.separation, rotations)?;
+        let meeting = Meeting::of([first, second], &pose.separation, rotations)?;
         if meeting.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });

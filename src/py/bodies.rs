@@ -140,8 +140,8 @@ impl PyBody {
 
 /// Potential (K,) and field (K, 3) of a body at points (K, 3) of its frame, which may be inside it if that is said.
 #[pyfunction]
-#[pyo3(name = "exterior_gravity")]
-pub fn exterior_gravity<'py>(
+#[pyo3(name = "gravity")]
+pub fn gravity<'py>(
     py: Python<'py>,
     body: &PyBody,
     gravitational_constant: f64,

@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::bodies::{PyBody, exterior_gravity};
+    use super::bodies::{PyBody, gravity};
     #[pymodule_export]
     use super::events::PyCondition;
     #[pymodule_export]

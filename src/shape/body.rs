@@ -1,6 +1,7 @@
 //! Bodies: one part or several.
 
-use super::{GivenPart, Part, Shape, WorkingFrame};
+use super::composite::{Assembly, WorkingFrame};
+use super::{GivenPart, Part, Shape};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -15,13 +16,13 @@ pub struct Body {
     pub name: String,
     /// Mass in the system's units.
     pub mass: f64,
-    pub(super) parts: Vec<Part>,
-    pub(super) inertia: Vec3,
+    parts: Vec<Part>,
+    inertia: Vec3,
     /// Places of the parts that are not inside another one.
-    pub(super) outer: Vec<usize>,
-    pub(super) circumradius: f64,
+    outer: Vec<usize>,
+    circumradius: f64,
     /// Of a composite, what it was given as.
-    pub(super) given: Option<(Vec<GivenPart>, WorkingFrame)>,
+    given: Option<(Vec<GivenPart>, WorkingFrame)>,
 }
 
 impl Body {
@@ -48,6 +49,15 @@ impl Body {
             volume if volume > 0.0 => Self::with_mass(name, shape, density * volume),
             _ => Err(Error::invalid(format!("density of {name}"), density, "a mass: a point has no volume")),
         }
+    }
+
+    /// A body of several parts, or of one that is not at the origin.
+    pub fn composite(name: impl Into<String>, given: Vec<GivenPart>) -> Result<Self> {
+        let name = name.into();
+        let Assembly { mass, parts, inertia, outer, frame } = Assembly::new(&name, &given)?;
+        let reach = |part: &Part| part.position().norm() + part.shape.circumradius();
+        let circumradius = parts.iter().map(reach).fold(0.0, f64::max);
+        Ok(Self { name, mass, inertia, outer, circumradius, parts, given: Some((given, frame)) })
     }
 
     /// The parts, in the body frame.

@@ -5,7 +5,7 @@
 //! nearest to each other (the trace of the rotation is largest). Where two moments of inertia are equal, only the third axis is
 //! turned, on the shortest way; where all are, nothing is. A composite that is given in a principal frame therefore keeps it.
 
-use super::{Body, GivenPart, Part, Place, Shape};
+use super::{GivenPart, Part, Place, Shape};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3};
@@ -23,10 +23,19 @@ pub struct WorkingFrame {
     pub attitude: [f64; 4],
 }
 
-impl Body {
-    /// A body of several parts, or of one that is not at the origin.
-    pub fn composite(name: impl Into<String>, given: Vec<GivenPart>) -> Result<Self> {
-        let name = name.into();
+/// The parts in their principal frame.
+pub(super) struct Assembly {
+    pub mass: f64,
+    pub parts: Vec<Part>,
+    pub inertia: Vec3,
+    /// Places of the parts that are not inside another one.
+    pub outer: Vec<usize>,
+    pub frame: WorkingFrame,
+}
+
+impl Assembly {
+    /// The name is for errors.
+    pub fn new(name: &str, given: &[GivenPart]) -> Result<Self> {
         if given.is_empty() {
             return Err(Error::invalid(format!("number of parts of {name}"), 0, "at least one"));
         }
@@ -44,10 +53,10 @@ impl Body {
         let weighted =
             |c: usize| sum(given.iter().zip(&places).map(|(part, place)| part.mass * place.position[c]));
         let centre = Vec3::new(weighted(0), weighted(1), weighted(2)) / mass;
-        let (tensor, size) = inertia(&given, &places, &centre);
+        let (tensor, size) = inertia(given, &places, &centre);
         let axes = principal_axes(&tensor, size);
         let inertia = (axes * tensor * axes.transpose()).diagonal();
-        check_inertia(&name, &inertia, size)?;
+        check_inertia(name, &inertia, size)?;
         let parts: Vec<Part> = given
             .iter()
             .zip(&places)
@@ -60,17 +69,8 @@ impl Body {
                 }),
             })
             .collect();
-        let reach = |part: &Part| part.position().norm() + part.shape.circumradius();
         let frame = WorkingFrame { position: -(axes * centre), attitude: quaternion(&axes) };
-        Ok(Self {
-            name,
-            mass,
-            inertia,
-            outer: outer(&parts),
-            circumradius: parts.iter().map(reach).fold(0.0, f64::max),
-            parts,
-            given: Some((given, frame)),
-        })
+        Ok(Self { mass, inertia, outer: outer(&parts), parts, frame })
     }
 }
 

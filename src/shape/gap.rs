@@ -15,18 +15,17 @@ use crate::math::{Mat3, Vec3};
 /// `separation` runs from the first centre to the second; the matrices turn the shapes' frames into its frame.
 pub fn gap(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Option<f64> {
     let [first, second] = rotations;
-    match shapes {
+    // The spheres around both are a bound too.
+    let spheres = separation.norm() - shapes[0].circumradius() - shapes[1].circumradius();
+    let gap = match shapes {
         [Shape::Polyhedron(a), Shape::Polyhedron(b)] => {
-            Some(between_polyhedra([a, b], &first.tr_mul(separation), &first.tr_mul(second)))
+            between_polyhedra([a, b], &first.tr_mul(separation), &first.tr_mul(second))
         }
-        [Shape::Polyhedron(a), other] => {
-            Some(beside(a, other, &first.tr_mul(separation), &first.tr_mul(second)))
-        }
-        [other, Shape::Polyhedron(b)] => {
-            Some(beside(b, other, &-second.tr_mul(separation), &second.tr_mul(first)))
-        }
-        _ => None,
-    }
+        [Shape::Polyhedron(a), other] => beside(a, other, &first.tr_mul(separation), &first.tr_mul(second)),
+        [other, Shape::Polyhedron(b)] => beside(b, other, &-second.tr_mul(separation), &second.tr_mul(first)),
+        _ => return None,
+    };
+    Some(gap.max(spheres))
 }
 
 /// An ellipsoid or a point beside a polyhedron: its centre and its rotation are given in the polyhedron's frame.
@@ -51,7 +50,6 @@ fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3
 
 /// Two polyhedra; the place and the turn of the second one are given in the frame of the first.
 fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64 {
-    let spheres = place.norm() - a.circumradius() - b.circumradius();
     let depth = |inner: &Polyhedron, outer: &Polyhedron, into: &dyn Fn(&Vec3) -> Vec3| {
         let points = inner.vertices().map(|v| into(&v)).filter(|v| outer.contains(v));
         points.map(|v| outer.distance(&v)).fold(0.0, f64::max)
@@ -64,7 +62,7 @@ fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64
         !one.is_some_and(|v| a.contains(&v)) && !other.is_some_and(|v| b.contains(&v))
     };
     if apart {
-        return least.max(spheres);
+        return least;
     }
     let into_a = |v: &Vec3| place + turn * v;
     let into_b = |v: &Vec3| turn.tr_mul(&(v - place));

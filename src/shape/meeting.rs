@@ -14,42 +14,44 @@ pub struct Meeting {
     pub overlap: bool,
 }
 
-/// How near two bodies are to touching.
-///
-/// `separation` runs from the first centre to the second; the matrices turn body frames into its frame.
-pub fn meeting(bodies: [&Body; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Result<Meeting> {
-    /// From this factor on the spheres around two parts stand for them.
-    const FAR: f64 = 2.0;
-    let [first, second] = bodies;
-    let mut nearest = Meeting { factor: f64::INFINITY, overlap: false };
-    for a in first.outer_parts() {
-        for b in second.outer_parts() {
-            let (mut r, mut turn_a, mut turn_b) = (*separation, *rotations[0], *rotations[1]);
-            if let Some(place) = &a.place {
-                r -= turn_a * place.position;
-                turn_a *= place.rotation;
+impl Meeting {
+    /// How near two bodies are to touching.
+    ///
+    /// `separation` runs from the first centre to the second; the matrices turn body frames into its frame.
+    pub fn of(bodies: [&Body; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Result<Self> {
+        /// From this factor on the spheres around two parts stand for them.
+        const FAR: f64 = 2.0;
+        let [first, second] = bodies;
+        let mut nearest = Self { factor: f64::INFINITY, overlap: false };
+        for a in first.outer_parts() {
+            for b in second.outer_parts() {
+                let (mut r, mut turn_a, mut turn_b) = (*separation, *rotations[0], *rotations[1]);
+                if let Some(place) = &a.place {
+                    r -= turn_a * place.position;
+                    turn_a *= place.rotation;
+                }
+                if let Some(place) = &b.place {
+                    r += turn_b * place.position;
+                    turn_b *= place.rotation;
+                }
+                let circumradii = a.shape.circumradius() + b.shape.circumradius();
+                let spheres = r.norm() / circumradii;
+                if spheres >= nearest.factor {
+                    continue;
+                }
+                if spheres > FAR {
+                    nearest.factor = spheres;
+                    continue;
+                }
+                let growth = growth(&a.shape, &b.shape, &r, &turn_a, &turn_b).with_levers(
+                    r.norm(),
+                    circumradii,
+                    [a.place, b.place],
+                );
+                nearest.overlap |= growth.overlap(&first.name, &second.name)?;
+                nearest.factor = nearest.factor.min(growth.factor);
             }
-            if let Some(place) = &b.place {
-                r += turn_b * place.position;
-                turn_b *= place.rotation;
-            }
-            let circumradii = a.shape.circumradius() + b.shape.circumradius();
-            let spheres = r.norm() / circumradii;
-            if spheres >= nearest.factor {
-                continue;
-            }
-            if spheres > FAR {
-                nearest.factor = spheres;
-                continue;
-            }
-            let growth = growth(&a.shape, &b.shape, &r, &turn_a, &turn_b).with_levers(
-                r.norm(),
-                circumradii,
-                [a.place, b.place],
-            );
-            nearest.overlap |= growth.overlap(&first.name, &second.name)?;
-            nearest.factor = nearest.factor.min(growth.factor);
         }
+        Ok(nearest)
     }
-    Ok(nearest)
 }

@@ -23,7 +23,7 @@ pub use composite::WorkingFrame;
 pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
 pub use gap::gap;
-pub use meeting::{Meeting, meeting};
+pub use meeting::Meeting;
 pub use mesh::{Edge, solid_angle};
 pub use part::{GivenPart, Part, Place};
 pub use plane::{normal, support};

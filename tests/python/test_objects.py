@@ -68,8 +68,20 @@ def made(units=False):
         forces.Function(np.linalg.norm),
     )
     shapes = (fullbody.Sphere(1.5 * km), fullbody.Ellipsoid(3 * km, 2 * km, 1 * km), fullbody.PointMass())
+    places = ((1.0, 0.2, 0.1), (-2.0, 0.3, 0.4), (5.0, 1.0, 0.5))
+    turn = (0.1, 0.2, 0.3, 0.4)
+    parts = [
+        fullbody.Part(shape, mass=2.0 * kg, position=x * km, attitude=turn)
+        for shape, x in zip(shapes, places, strict=True)
+    ]
+    composite = fullbody.Body(fullbody.Composite(parts), name="Selam")
     return (
         *shapes,
+        *parts,
+        fullbody.Part(shapes[0], density=-2.0 * kg / km**3),
+        composite.shape,
+        composite,
+        composite.working_frame,
         *(fullbody.Body(shape, mass=2.0 * kg, name="Alpha") for shape in shapes),
         fullbody.Body(shapes[0], density=2.0 * kg / km**3),
         fullbody.Component(semi_axes=[3 * km, 2 * km, 1 * km], rotation_period=5 * hour, pole=(0.1, 0.2)),

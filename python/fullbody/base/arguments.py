@@ -102,15 +102,23 @@ def name_of(value: object) -> str | None:
 
 def positive(value: Any, unit: str, what: str) -> Any:
     """A finite number above zero, or a Quantity that is one and converts to this unit."""
+    return _amount(value, unit, what, "a finite number above zero", lambda number: number > 0)
+
+
+def nonzero(value: Any, unit: str, what: str) -> Any:
+    """The same of a number of either sign."""
+    return _amount(value, unit, what, "a finite number that is not zero", lambda number: number != 0)
+
+
+def _amount(value: Any, unit: str, what: str, expected: str, accepts: Callable[[Any], Any]) -> Any:
     refuse_masked(value, what)
-    expected = "expected a finite number above zero"
     try:
         value = gathered(value, what)
         number = np.asarray(getattr(value, "value", value))
     except ValueError as error:
-        raise InvalidInput(f"{what} is {value!r}; {expected}") from error
-    if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-        raise InvalidInput(f"{what} is {value!r}; {expected}")
+        raise InvalidInput(f"{what} is {value!r}; expected {expected}") from error
+    if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or not accepts(number):
+        raise InvalidInput(f"{what} is {value!r}; expected {expected}")
     if is_quantity(value):
         from astropy import units as u
 

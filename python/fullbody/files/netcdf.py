@@ -16,6 +16,7 @@ from ..base.atomic import as_path, check_suffix, replacing
 from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput, UncheckedFile, caution
+from ..model.composite import Composite
 from ..model.system import BaseSystem
 from ..record.base import STOP_REASONS, BaseRun
 from ..record.integrators import Integrator, rebuild
@@ -64,8 +65,9 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_energy": (slice(1, 5), ("part",), "energy"),
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
-#: Format 1, of version 0.1.0, has no start; format 2 has no forces from outside, and runs without any still have it.
-_FORMAT = 3
+#: Format 1, of version 0.1.0, has no start; format 2 has no forces from outside, and format 3 no composites. A run has
+#: the first format that holds it.
+_FORMAT = 4
 #: Attributes of text that a run is rebuilt from. One checksum over all of them and the start protects the numbers in
 #: them.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
@@ -109,7 +111,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         {
             "title": "fullbody run",
             "fullbody_version": version(),
-            "fullbody_format": 1 if run._start is None else _FORMAT if forces else 2,
+            "fullbody_format": _needed(run),
             "fullbody_setup": json.dumps(_describe(run.system, run.integrator)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
             "fullbody_events": watched,
@@ -118,6 +120,15 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         }
         | ({_SWITCHED_OFF: json.dumps(run.switched_off)} if forces else {}),
     )
+
+
+def _needed(run: BaseRun) -> int:
+    """The first format that holds a run."""
+    if any(isinstance(body.shape, Composite) for body in run.system.bodies):
+        return 4
+    if run.system.forces:
+        return 3
+    return 1 if run._start is None else 2
 
 
 def netcdf() -> Any:
@@ -159,8 +170,8 @@ def to_pandas(run: BaseRun) -> pandas.DataFrame:
 def save(run: BaseRun, path: Any) -> None:
     """Write a run; see :meth:`fullbody.Run.save`."""
     check_suffix(path, SUFFIXES)
-    if run.system.forces and run._start is None:
-        raise InvalidInput("this run has forces, but no start; expected a run that an integration made")
+    if run._start is None and _needed(run) > 1:
+        raise InvalidInput("this run has forces or composites, but no start; expected a run that an integration made")
     netcdf()
     dataset = to_xarray(run)
     dataset.attrs["fullbody_checksum"] = _checksum(

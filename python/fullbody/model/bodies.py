@@ -1,10 +1,9 @@
-"""Shapes and bodies."""
+"""Bodies: a shape with a mass."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,116 +12,25 @@ from .. import _core
 from ..base.arguments import name_of, named_options, positive, refuse_mixture
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
-from ..base.values import ScalarFields, hashed, same
+from ..base.values import hashed, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
+from .composite import Composite, Part, WorkingFrame
+from .shapes import (
+    SOLIDS,
+    Ellipsoid,
+    PointMass,
+    Solid,
+    attach,
+    attached,
+    lengths_of,
+    own_units,
+    semi_axes_in,
+    sizes_in,
+    solid_noted,
+)
 
-__all__ = ["Body", "Ellipsoid", "PointMass", "Sphere"]
-
-_AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
-
-
-@named_options
-@dataclass(frozen=True, slots=True, eq=False)
-class Ellipsoid(ScalarFields):
-    """A homogeneous ellipsoid.
-
-    Parameters
-    ----------
-    a, b, c : float or Quantity
-        Semi-axes along the body frame's x, y and z, in any order of size; equal ones are welcome.
-
-    Raises
-    ------
-    InvalidInput
-        For a semi-axis that is not a finite number above zero, and where only some have units.
-
-    Examples
-    --------
-    >>> import fullbody
-    >>> fullbody.Ellipsoid(0.766, 0.7475, 0.6735)
-    Ellipsoid(a=0.766, b=0.7475, c=0.6735)
-    """
-
-    a: Any
-    b: Any
-    c: Any
-
-    def __post_init__(self) -> None:
-        for name in ("a", "b", "c"):
-            object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
-        refuse_mixture(dict(zip(_AXES, self._lengths, strict=True)))
-
-    @property
-    def _lengths(self) -> tuple[Any, Any, Any]:
-        return (self.a, self.b, self.c)
-
-    @property
-    def semi_axes(self) -> Any:
-        """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> fullbody.Ellipsoid("2 km", "1.5 km", "800 m").semi_axes
-        <Quantity [2. , 1.5, 0.8] km>
-        """
-        return gathered(self._lengths, "semi_axes")
-
-
-@named_options
-@dataclass(frozen=True, slots=True, eq=False)
-class Sphere(ScalarFields):
-    """A homogeneous sphere.
-
-    Parameters
-    ----------
-    radius : float or Quantity
-
-    Examples
-    --------
-    >>> import fullbody
-    >>> fullbody.Sphere(1.5).semi_axes
-    (1.5, 1.5, 1.5)
-    """
-
-    radius: Any
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive(self.radius, "m", "radius"))
-
-    @property
-    def _lengths(self) -> tuple[Any, Any, Any]:
-        return (self.radius, self.radius, self.radius)
-
-    @property
-    def semi_axes(self) -> Any:
-        """The radius three times (3,): a tuple of numbers, or a Quantity."""
-        return gathered(self._lengths, "semi_axes")
-
-
-@named_options
-@dataclass(frozen=True, slots=True)
-class PointMass:
-    """A body without extent: no torque acts on it and its spin does not change.
-
-    Examples
-    --------
-    >>> import fullbody
-    >>> fullbody.Body(fullbody.PointMass(), mass=1.0, name="probe")
-    Body(PointMass(), mass=1.0, name='probe')
-    """
-
-    _lengths = None
-
-    @property
-    def semi_axes(self) -> None:
-        """A point has none."""
-        return None
-
-
-#: The shapes by name.
-SHAPES = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
+__all__ = ["Body"]
 
 
 @named_options
@@ -131,9 +39,9 @@ class Body(Tabled):
 
     Parameters
     ----------
-    shape : Ellipsoid, Sphere or PointMass
+    shape : Ellipsoid, Sphere, PointMass or Composite
     mass, density : float or Quantity
-        One of the two.
+        One of the two; neither for a composite, whose parts have their own.
     name : str, optional
         The name in errors, tables and plots. A body without one is named after its place in the system.
 
@@ -141,7 +49,8 @@ class Body(Tabled):
     ------
     InvalidInput
         For both or neither of mass and density, for values that are not finite numbers above zero, and for the density
-        of a point.
+        of a point. For a composite with a mass or density beside those of its parts, whose parts' masses add up to none
+        above zero, or whose moments of inertia no body has.
 
     Examples
     --------
@@ -155,15 +64,21 @@ class Body(Tabled):
 
     def __init__(
         self,
-        shape: Ellipsoid | Sphere | PointMass,
+        shape: Solid | Composite,
         mass: Any = None,
         density: Any = None,
         name: str | None = None,
     ) -> None:
         called = "the body" if name_of(name) is None else name
-        if not isinstance(shape, Ellipsoid | Sphere | PointMass):
-            raise InvalidInput(f"shape of {called} is {shape!r}; expected an Ellipsoid, a Sphere or a PointMass")
-        if (mass is None) == (density is None):
+        if not isinstance(shape, Solid | Composite):
+            expected = "expected an Ellipsoid, a Sphere, a PointMass or a Composite"
+            raise InvalidInput(f"shape of {called} is {shape!r}; {expected}")
+        if isinstance(shape, Composite):
+            if (mass, density) != (None, None):
+                given = "a mass" if density is None else "a density"
+                expected = "expected none beside those of its parts; Composite.with_mass scales them"
+                raise InvalidInput(f"{called} is given {given}, and is a composite; {expected}")
+        elif (mass is None) == (density is None):
             given = "neither mass nor density" if mass is None else "both a mass and a density"
             raise InvalidInput(f"{called} is given {given}; expected one of the two")
         if density is not None and isinstance(shape, PointMass):
@@ -172,23 +87,28 @@ class Body(Tabled):
         self._mass = None if mass is None else positive(mass, "kg", f"mass of {called}")
         self._density = None if density is None else positive(density, "kg / m3", f"density of {called}")
         self._name = name
+        united = {is_quantity(value) for value, _ in self._numbers().values()}
+        if isinstance(shape, Composite) and len(united) == 1:
+            # Masses that add up to none, and moments that no body has, are seen only in the whole; where only some
+            # numbers have units, only by a system.
+            self._core(self._own_units(), 0)
 
     @property
-    def shape(self) -> Ellipsoid | Sphere | PointMass:
+    def shape(self) -> Solid | Composite:
         """The shape."""
         return self._shape
 
     @property
     def mass(self) -> Scalar:
-        """Mass as given, or density times volume."""
+        """Mass as given, or density times volume; of a composite the sum of its parts'."""
         mass: Scalar = self._mass if self._mass is not None else self._own("mass", "mass")
         return mass
 
     @property
     def density(self) -> Scalar | None:
-        """Density as given, or mass by volume; ``None`` for a point."""
+        """Density as given, or mass by volume; ``None`` for a point, and for a composite, whose parts may overlap."""
         density: Scalar | None = self._density
-        if density is None and self._shape._lengths is not None:
+        if density is None and not isinstance(self._shape, PointMass | Composite):
             density = self._mass / self._own("volume", "volume")
         return density
 
@@ -206,18 +126,68 @@ class Body(Tabled):
         """
         return self._own("inertia", "inertia")
 
-    def _own(self, name: str, dimension: str) -> Any:
-        """A number of the core's body, in the units of the first semi-axis and of the mass or density."""
-        axes: Any = self._shape._lengths or ()
-        what = "mass" if self._density is None else "density"
-        amount: Any = self._mass if self._density is None else self._density
-        called = self._name if self._name is not None else "the body"
-        units = Units()
-        if refuse_mixture({f"{what} of {called}": amount, **dict(zip(_AXES, axes, strict=False))}):
-            from astropy import units as u
+    @property
+    def working_frame(self) -> WorkingFrame | None:
+        """Where the working frame of a composite lies in the body frame; ``None`` for other bodies.
 
-            length = axes[0].unit if axes else u.m
-            units = Units((length, u.s, amount.unit if self._density is None else amount.unit * length**3))
+        Examples
+        --------
+        >>> import fullbody
+        >>> ends = [fullbody.Part(fullbody.Sphere(1.0), mass=1.0, position=(x, 0.0, 5.0)) for x in (1.0, 4.0)]
+        >>> fullbody.Body(fullbody.Composite(ends)).working_frame.position
+        array([-2.5,  0. , -5. ])
+        """
+        units = self._own_units()
+        found = self._core(units, 0).working_frame
+        if found is None:
+            return None
+        position, attitude = map(np.array, found)
+        return WorkingFrame(units.attach(position, "length"), attitude)
+
+    def fitted_ellipsoid(self) -> Ellipsoid:
+        """The ellipsoid that, homogeneous and of the same mass, has the body's moments of inertia.
+
+        Returns
+        -------
+        Ellipsoid
+            With semi-axes along the body frame: the body's own where it is an ellipsoid or a sphere.
+
+        Raises
+        ------
+        InvalidInput
+            For a point, and for a composite that is flat.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> ends = [fullbody.Part(fullbody.Sphere(1.0), mass=1.0, position=(x, 0.0, 0.0)) for x in (-1.0, 1.0)]
+        >>> fullbody.Body(fullbody.Composite(ends)).fitted_ellipsoid().a
+        2.449489742783178
+        """
+        units = self._own_units()
+        axes = np.array(self._core(units, 0).semi_axes)
+        if not axes.all():
+            expected = "expected one with extent in three directions"
+            raise InvalidInput(
+                f"{'the body' if self._name is None else self._name} has no fitted ellipsoid; {expected}"
+            )
+        return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
+
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        """All dimensional numbers by their names, with their dimensions."""
+        if isinstance(self._shape, Composite):
+            return self._shape._numbers()
+        what, amount = ("mass", self._mass) if self._density is None else ("density", self._density)
+        called = self._name if self._name is not None else "the body"
+        lengths = {label: (value, "length") for label, value in lengths_of(self._shape).items()}
+        return {f"{what} of {called}": (amount, what), **lengths}
+
+    def _own_units(self) -> Units:
+        return own_units(self._numbers())
+
+    def _own(self, name: str, dimension: str) -> Any:
+        """A number of the core's body, in the body's own units."""
+        units = self._own_units()
         return units.attach(getattr(self._core(units, 0), name), dimension)
 
     @property
@@ -228,18 +198,21 @@ class Body(Tabled):
     def _tables(self) -> tuple[Table, ...]:
         """Shape, size, mass and density of one body."""
         rows: list[Sequence[str]] = [("shape", type(self.shape).__name__)]
-        if self.shape.semi_axes is not None:
+        if isinstance(self.shape, Composite):
+            rows.append(("parts", str(len(self.shape.parts))))
+        elif self.shape.semi_axes is not None:
             rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
         # Where only some of a body's numbers have units, only its system can compute what follows from them.
         for name in ("mass", "density"):
             with contextlib.suppress(InvalidInput):
                 rows += [(name, number(value))] if (value := getattr(self, name)) is not None else []
-        return (Table(f"Body {self.name}" if self.name is not None else "Body", (), rows),)
+        whole = Table(f"Body {self.name}" if self.name is not None else "Body", (), rows)
+        return (whole, _table_of_parts(self.shape.parts)) if isinstance(self.shape, Composite) else (whole,)
 
     def __repr__(self) -> str:
-        value = f"density={self._density!r}" if self._mass is None else f"mass={self._mass!r}"
-        name = "" if self._name is None else f", name={self._name!r}"
-        return f"Body({self._shape!r}, {value}{name})"
+        values = (("mass", self._mass), ("density", self._density), ("name", self._name))
+        given = [f"{name}={value!r}" for name, value in values if value is not None]
+        return f"Body({', '.join([repr(self._shape), *given])})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Body) and same(self._parts(), other._parts())
@@ -255,33 +228,72 @@ class Body(Tabled):
         if not units.known:
             return self
 
-        def attach(value: Any, dimension: str) -> Any:
-            return value if value is None or is_quantity(value) else units.attach(value, dimension)
-
-        sizes = (attach(getattr(self._shape, name), "length") for name in self._shape.__slots__)
-        mass, density = attach(self._mass, "mass"), attach(self._density, "density")
-        return Body(type(self._shape)(*sizes), mass=mass, density=density, name=self._name)
+        if isinstance(self._shape, Composite):
+            return Body(self._shape._with(units), name=self._name)
+        mass, density = attach(self._mass, "mass", units), attach(self._density, "density", units)
+        return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
-        """Semi-axes as numbers in a system's units; ``None`` for a point."""
-        if self._shape._lengths is None:
-            return None
-        labelled = zip(self._shape._lengths, "abc", strict=True)
-        a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)
-        return a, b, c
+        """Semi-axes as numbers in a system's units, of a composite its fitted ellipsoid's; ``None`` for a point."""
+        if isinstance(self._shape, Composite):
+            return self._shape._core(units, name).semi_axes
+        return semi_axes_in(self._shape, units, name)
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         name = self._name if self._name is not None else f"body {index}"
-        axes = self._semi_axes(units, name)
+        if isinstance(self._shape, Composite):
+            return self._shape._core(units, name)
+        axes = semi_axes_in(self._shape, units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
         )
         return _core.Body(name, axes, mass, density)
 
-    def potential(self, points: Any, G: Any = None) -> Array:
-        """Exterior potential Phi (positive) at points of the body frame.
+    def _describe(self, units: Units, index: int) -> dict[str, Any]:
+        """The body in numbers of a system's units."""
+        core = self._core(units, index)
+        if isinstance(self._shape, Composite):
+            size: dict[str, Any] = {"parts": self._shape._describe(units, core)}
+        else:
+            size = {"size": sizes_in(self._shape, units), "mass": core.mass}
+        return {"name": self._name, "shape": type(self._shape).__name__, **size}
+
+    @classmethod
+    def _rebuild(cls, described: dict[str, Any]) -> Body:
+        """The body of such a description."""
+        if described["shape"] != Composite.__name__:
+            shape = SOLIDS[described["shape"]](**described["size"])
+            return cls(shape, mass=described["mass"], name=described["name"])
+        parts = [
+            Part(SOLIDS[p["shape"]](**p["size"]), mass=p["mass"], position=p["position"], attitude=p["attitude"])
+            for p in described["parts"]
+        ]
+        return cls(Composite(parts), name=described["name"])
+
+    def _shape_notes(self) -> dict[str, Any]:
+        """What the core does not keep of a shape: the names of the classes."""
+        kind = type(self._shape).__name__
+        if isinstance(self._shape, Composite):
+            return {"shape": kind, "parts": [type(part.shape).__name__ for part in self._shape.parts]}
+        return {"shape": kind}
+
+    @staticmethod
+    def _noted(core: dict[str, Any], note: dict[str, Any]) -> dict[str, Any]:
+        """The description of a core's description of a body, with such notes."""
+        if "parts" not in core:
+            return solid_noted(core, note.get("shape"), core["name"])
+        kinds = note.get("parts", [None] * len(core["parts"]))
+        parts = [
+            solid_noted(part, kind, f"part {k} of {core['name']}")
+            | {"position": part["position"], "attitude": part["attitude"]}
+            for k, (part, kind) in enumerate(zip(core["parts"], kinds, strict=True))
+        ]
+        return {"shape": Composite.__name__, "parts": parts}
+
+    def potential(self, points: Any, G: Any = None, *, inside: bool = False) -> Array:
+        """Potential Phi (positive) at points of the body frame.
 
         Parameters
         ----------
@@ -290,6 +302,8 @@ class Body(Tabled):
             units of the semi-axes, where those are.
         G : float or Quantity, optional
             Gravitational constant; astropy's unless given, where there are units.
+        inside : bool
+            Whether points may be inside the body, or in a hollow of a composite.
 
         Returns
         -------
@@ -299,7 +313,8 @@ class Body(Tabled):
         Raises
         ------
         InvalidInput
-            For a point inside the body, and where only some of points, G, sizes and mass have units.
+            For a point inside the body unless that was said, and where only some of points, G, sizes and mass have
+            units.
 
         Notes
         -----
@@ -312,16 +327,17 @@ class Body(Tabled):
         >>> float(ball.potential([0.0, 0.0, 2.0], G=1.0))
         1.5
         """
-        potential: Array = self._exterior(points, G)[0]
+        potential: Array = self._gravity(points, G, inside)[0]
         return potential
 
-    def field(self, points: Any, G: Any = None) -> Array:
-        """Exterior field g = grad Phi at points of the body frame; see :meth:`potential`.
+    def field(self, points: Any, G: Any = None, *, inside: bool = False) -> Array:
+        """Field g = grad Phi at points of the body frame; see :meth:`potential`.
 
         Parameters
         ----------
         points : array_like or Quantity, (3,) or (K, 3)
         G : float or Quantity, optional
+        inside : bool
 
         Returns
         -------
@@ -334,10 +350,10 @@ class Body(Tabled):
         >>> earth.field([0.0, 0.0, 6371.0] * u.km)[2].to(u.m / u.s**2).round(2)
         <Quantity -9.82 m / s2>
         """
-        field: Array = self._exterior(points, G)[1]
+        field: Array = self._gravity(points, G, inside)[1]
         return field
 
-    def _exterior(self, points: Any, G: Any) -> tuple[Any, Any]:
+    def _gravity(self, points: Any, G: Any, inside: bool) -> tuple[Any, Any]:
         points, G = gathered(points, "points"), gathered(G, "G")
         if G is None:
             if not is_quantity(points):
@@ -345,15 +361,14 @@ class Body(Tabled):
             from astropy import constants
 
             G = constants.G
-        sizes = self._shape._lengths or ()
-        amount = {"mass": self._mass} if self._density is None else {"density": self._density}
-        known = refuse_mixture({"points": points, "G": G, **dict(zip(_AXES, sizes, strict=False)), **amount})
+        own = {label: value for label, (value, _) in self._numbers().items()}
+        known = refuse_mixture({"points": points, "G": G, **own})
         units = _units_of(points, G) if known else Units()
         array = units.strip(points, "length", "points")
         if array.ndim not in (1, 2) or array.shape[-1] != 3:
             raise InvalidInput(f"points has shape {array.shape}; expected (3,) or (K, 3)")
         constant = units.number(G, "G", "G")
-        potential, field = _core.exterior_gravity(self._core(units, 0), constant, np.atleast_2d(array))
+        potential, field = _core.gravity(self._core(units, 0), constant, np.atleast_2d(array), inside)
         potential, field = units.attach(potential, "potential"), units.attach(field, "acceleration")
         return (potential, field) if array.ndim == 2 else (potential[0], field[0])
 
@@ -365,3 +380,15 @@ def _units_of(points: Any, G: Any) -> Units:
     strip_to(points, u.m, "points")
     strip_to(G, u.m**3 / u.kg / u.s**2, "G")
     return Units((points.unit, next((base for base in G.unit.bases if base.is_equivalent(u.s)), u.s), u.kg))
+
+
+def _table_of_parts(parts: Sequence[Part]) -> Table:
+    """The parts of a composite, one a row."""
+
+    def row(part: Part) -> Sequence[str]:
+        axes = part.shape.semi_axes
+        amount = f"{number(part.mass)}" if part.density is None else f"density {number(part.density)}"
+        place = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
+        return type(part.shape).__name__, "-" if axes is None else ", ".join(map(number, axes)), amount, place
+
+    return Table("Parts", ("shape", "semi-axes", "mass", "position"), [row(part) for part in parts])

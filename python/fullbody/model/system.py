@@ -16,7 +16,7 @@ from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..typing import Array, Scalar
-from .bodies import SHAPES, Body
+from .bodies import Body
 from .force import Force, Ground, forces_of, rebuilt
 from .interactions import Energy, Interactions, Loads
 from .state import State
@@ -447,26 +447,13 @@ class BaseSystem(Tabled):
 
     def _describe(self) -> dict[str, Any]:
         """The system in numbers of its own units."""
-
-        def size(shape: Any) -> dict[str, float]:
-            names = getattr(shape, "__slots__", ())
-            return {name: float(self._units.strip(getattr(shape, name), "length", name)) for name in names}
-
-        bodies = [
-            {
-                "name": body.name,
-                "shape": type(body.shape).__name__,
-                "size": size(body.shape),
-                "mass": body._core(self._units, index).mass,
-            }
-            for index, body in enumerate(self._bodies)
-        ]
+        bodies = [body._describe(self._units, index) for index, body in enumerate(self._bodies)]
         parts = {"bodies": bodies, "G": self._G, "units": self._units.names, "options": self.options}
         return parts | ({"forces": self._core.forces} if self._forces else {})
 
     def _notes(self) -> dict[str, Any]:
         """What this package alone knows of the system; the numbers are the core's."""
-        bodies = [{"shape": type(body.shape).__name__, "named": body.name is not None} for body in self._bodies]
+        bodies = [{**body._shape_notes(), "named": body.name is not None} for body in self._bodies]
         return {
             "units": self._units.names,
             "epoch": self._options["epoch"],
@@ -480,14 +467,8 @@ class BaseSystem(Tabled):
         bodies = []
         noted = notes.get("bodies", [{}] * len(setup["bodies"]))
         for index, (body, note) in enumerate(zip(setup["bodies"], noted, strict=True)):
-            axes = body["semi_axes"]
-            kind = SHAPES[note.get("shape", "PointMass" if axes is None else "Ellipsoid")]
-            size = dict(zip(kind.__slots__, axes or (), strict=False))
-            if kind(**size).semi_axes != (None if axes is None else tuple(axes)):
-                raise InvalidInput(f"{body['name']} is a {kind.__name__} of semi-axes {axes}; expected fitting ones")
             unnamed = body["name"] == f"body {index}" and not note.get("named", True)
-            name = None if unnamed else body["name"]
-            bodies.append({"name": name, "shape": kind.__name__, "size": size, "mass": body["mass"]})
+            bodies.append(Body._noted(body, note) | {"name": None if unnamed else body["name"]})
         named = {name: notes.get(name) for name in ("epoch", "frame")}
         parts = {"bodies": bodies, "G": setup["G"], "units": notes.get("units"), "options": setup["settings"] | named}
         return cls._rebuild(parts | {"forces": setup["forces"]}, functions)
@@ -518,8 +499,11 @@ class BaseSystem(Tabled):
         header = ("body", "shape", head("semi-axes", length), head("mass", mass))
         rows: list[Sequence[str]] = []
         for name, described in zip(self.names, self._describe()["bodies"], strict=True):
-            size = ", ".join(f"{value:.8g}" for value in described["size"].values())
-            rows.append((name, described["shape"], size or "-", f"{described['mass']:.8g}"))
+            parts = described.get("parts")
+            sizes = described["size"].values() if parts is None else ()
+            size = ", ".join(f"{value:.8g}" for value in sizes) if parts is None else f"{len(parts)} parts"
+            mass = described["mass"] if parts is None else sum(part["mass"] for part in parts)
+            rows.append((name, described["shape"], size or "-", f"{mass:.8g}"))
         return Table("Bodies", header, rows)
 
     def _tables_of_forces(self) -> tuple[Table, ...]:
@@ -543,7 +527,7 @@ class BaseSystem(Tabled):
     def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
         """The system of a description, which may come from a file; forces that are functions are given beside it."""
         units = None if described["units"] is None else tuple(described["units"])
-        bodies = [Body(SHAPES[b["shape"]](**b["size"]), mass=b["mass"], name=b["name"]) for b in described["bodies"]]
+        bodies = [Body._rebuild(body) for body in described["bodies"]]
         options = dict(described["options"])
         options["order"] = None if options["order"] is None else tuple(options["order"])
         forces = [

@@ -10,7 +10,8 @@ from ..base.arguments import named_options
 from ..base.atomic import as_path
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
-from ..model.bodies import Body, Ellipsoid, Sphere
+from ..model.bodies import Body
+from ..model.shapes import Ellipsoid, Sphere
 from ._text import naming
 
 if TYPE_CHECKING:

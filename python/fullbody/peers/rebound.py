@@ -10,7 +10,8 @@ import numpy as np
 from ..base.arguments import named_options
 from ..base.units import Units, need
 from ..errors import InvalidInput, caution
-from ..model.bodies import Body, PointMass, Sphere
+from ..model.bodies import Body
+from ..model.shapes import PointMass, Sphere
 
 if TYPE_CHECKING:
     from ..model.state import State

@@ -12,7 +12,8 @@ from ..base.arguments import named_options
 from ..base.units import Units
 from ..errors import InvalidInput, caution
 from ..forces import ThirdBody
-from ..model.bodies import Body, Ellipsoid, PointMass
+from ..model.bodies import Body
+from ..model.shapes import Ellipsoid, PointMass
 from ..orbit.elements import KeplerElements
 from ._text import Text, naming
 

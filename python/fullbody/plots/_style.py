@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -278,7 +279,36 @@ def attitudes_of(run: BaseRun, body: int) -> _core.State:
     return attitudes(run._record["attitude"][:, body])
 
 
-def semi_axes(run: BaseRun, body: int) -> Array | None:
-    """Semi-axes (3,) in the system's units, ``None`` for a point."""
-    axes = run.system.bodies[body]._semi_axes(run.system._units)
-    return None if axes is None else np.array(axes)
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """The ellipsoid of a part that is matter, in its body's frame, in the system's units.
+
+    Attributes
+    ----------
+    columns : ndarray, (3, 3)
+        The semi-axes as vectors, one a column.
+    position : ndarray, (3,)
+    """
+
+    columns: Array
+    position: Array
+
+    @property
+    def reach(self) -> float:
+        """A distance from the body's centre that no point of it exceeds."""
+        return float(np.linalg.norm(self.position) + np.linalg.norm(self.columns, axis=0).max())
+
+
+def surfaces(run: BaseRun, body: int) -> list[Surface]:
+    """The surfaces of a body; none of a point. Voids have none to draw."""
+    parts = run.system.bodies[body]._core(run.system._units, body).parts
+    return [
+        Surface(np.array(rotation) * axes, np.array(position))
+        for axes, mass, position, rotation in parts
+        if axes is not None and mass > 0.0
+    ]
+
+
+def reach(run: BaseRun, body: int) -> float:
+    """A distance from its centre that no point of a body exceeds; zero for a point."""
+    return max((surface.reach for surface in surfaces(run, body)), default=0.0)

@@ -19,9 +19,9 @@ from ._style import (
     label,
     legend,
     line,
-    semi_axes,
     single,
     split_far,
+    surfaces,
     wishes,
 )
 
@@ -62,12 +62,15 @@ def orbit(run: BaseRun, ax: Any, *, about: int, plane: str, shapes: bool, **kwar
 
 
 def _outline(ax: Any, run: BaseRun, body: int, centre: Array, plane: list[int]) -> None:
-    """The edge of a body as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
-    axes = semi_axes(run, body)
-    if axes is None:
+    """The edge of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
+    drawn = surfaces(run, body)
+    if not drawn:
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
-    columns = (attitudes_of(run, body).rotation_matrix[-1] * axes)[plane]
+    matrix = attitudes_of(run, body).rotation_matrix[-1][plane]
     turn = np.linspace(0.0, 2.0 * np.pi, 73)
-    edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
-    ax.fill(*(centre[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)
+    for surface in drawn:
+        columns = matrix @ surface.columns
+        edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
+        place = centre + matrix @ surface.position
+        ax.fill(*(place[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)

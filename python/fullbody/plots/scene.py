@@ -17,8 +17,9 @@ from ._style import (
     label,
     line,
     matplotlib,
-    semi_axes,
+    reach,
     split_far,
+    surfaces,
     unit,
     wishes,
 )
@@ -27,7 +28,7 @@ from .between import at, moment, track
 if TYPE_CHECKING:
     from ..record.base import BaseRun
 
-#: Body axes reach this far, in units of the longest semi-axis.
+#: Body axes reach this far, in units of what the body does.
 _REACH = 1.7
 #: Height of the strip for the legend below the axes, in units of their height.
 _MARGIN = 0.11
@@ -102,25 +103,29 @@ def draw_body(
     mesh: tuple[int, int] = (37, 19),
 ) -> list[Any]:
     """Surface and axes of a body; gives the artists."""
-    axes = semi_axes(run, body)
-    if axes is None:
+    drawn = surfaces(run, body)
+    if not drawn:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = attitudes(attitude[None]).rotation_matrix[0]
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
     ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
-    x, y, z = np.moveaxis((ball * axes) @ matrix.T + centre, -1, 0)
     style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
-    artists = [ax.plot_surface(x, y, z, **{**style, "label": name, **kwargs})]
+    artists = []
+    for k, surface in enumerate(drawn):
+        x, y, z = np.moveaxis((ball @ surface.columns.T + surface.position) @ matrix.T + centre, -1, 0)
+        artists.append(ax.plot_surface(x, y, z, **{**style, **({"label": name} if k == 0 else {}), **kwargs}))
+    whole = reach(run, body)
     for column, letter in enumerate("xyz"):
         # From the surface outwards: a plot in 3D hides no line behind a body, so none is drawn inside.
-        ends = centre + np.outer([axes[column], _REACH * axes.max()], matrix[:, column])
+        edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in drawn)
+        ends = centre + np.outer([max(edge, 0.0), _REACH * whole], matrix[:, column])
         artists += ax.plot(*ends.T, **line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
     return artists
 
 
 def frame(ax: Any, run: BaseRun, centres: Array, bodies: list[int]) -> None:
     """Equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies; labels with units."""
-    sizes = [0.0 if (axes := semi_axes(run, body)) is None else _REACH * axes.max() for body in bodies]
+    sizes = [_REACH * reach(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)

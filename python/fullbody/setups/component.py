@@ -15,7 +15,7 @@ from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
-from ..model.bodies import Ellipsoid
+from ..model.shapes import Ellipsoid
 
 __all__ = ["Component"]
 

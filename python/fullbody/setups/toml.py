@@ -22,6 +22,11 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     orbit = { about = "Alpha", a = 2.548, e = 0.0004, i = 0, Omega = 0, omega = 0, M = 0 }
     # or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
     spin = [0, 0, 0.3611]
+    # a body of several parts has, in place of semi_axes and mass, for each of them, in a frame of their own:
+    #   [[body.part]]
+    #   radius = "110 m"              # as above; a mass or density below zero makes a void
+    #   density = "2.4 g/cm3"
+    #   position = ["-105 m", 0, 0]   # or none; angles or attitude turn the part
 
     [[forces]]                        # the arguments of a class of fullbody.forces; may be left out
     kind = "ThirdBody"
@@ -67,8 +72,10 @@ from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES
-from ..model.bodies import Body, Ellipsoid, PointMass, Sphere
+from ..model.bodies import Body
+from ..model.composite import Composite, Part
 from ..model.force import Force
+from ..model.shapes import Ellipsoid, PointMass, Solid, Sphere
 from ..model.state import State
 from ..motion.simulation import System
 from ..record import integrators
@@ -81,8 +88,11 @@ if TYPE_CHECKING:
 __all__ = ["Setup", "read_toml"]
 
 _RUN = ("until", "output", "start", "origin", "file")
+#: What a shape with a mass is told by.
+_SOLID = ("semi_axes", "radius", "point", "mass", "density")
+_PART = (*_SOLID, "position", "angles", "attitude")
 _BODY = (
-    *("name", "semi_axes", "radius", "point", "mass", "density"),
+    *("name", *_SOLID, "part"),
     *("position", "velocity", "orbit", "angles", "attitude", "spin", "rotation_period"),
 )
 #: The default first.
@@ -228,6 +238,8 @@ def _file(run: Table) -> str:
 
 def _body(table: Table) -> Body:
     table.only(*_BODY)
+    if "part" in table:
+        return _composite(table)
     shape = _shape(table)
     masses = [key for key in ("mass", "density") if key in table]
     values = {key: table.number(key, key) for key in masses}
@@ -236,7 +248,26 @@ def _body(table: Table) -> Body:
         return Body(shape, name=name, **values)
 
 
-def _shape(table: Table) -> Ellipsoid | Sphere | PointMass:
+def _composite(table: Table) -> Body:
+    """A body of several parts, each a table of its own."""
+    for key in _SOLID:
+        if key in table:
+            raise table.fault(key, "is given beside [[body.part]]; expected it in the parts")
+    rows = table.tables("part")
+    parts = []
+    for row in rows:
+        row.only(*_PART)
+        shape = _shape(row)
+        masses = {key: row.number(key, key) for key in ("mass", "density") if key in row}
+        position = row.vector("position", "length", 3) if "position" in row else None
+        with row.naming(""):
+            parts.append(Part(shape, position=position, attitude=_attitude(row), **masses))
+    name = table.text("name") if "name" in table else None
+    with table.naming("part"):
+        return Body(Composite(parts), name=name)
+
+
+def _shape(table: Table) -> Solid:
     key = table.one_of("semi_axes", "radius", "point")
     if key is None:
         raise table.fault("", "has none of semi_axes, radius, point; expected one of them")

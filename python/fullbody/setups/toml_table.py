@@ -79,10 +79,11 @@ class Table:
 
     def tables(self, key: str) -> list[Table]:
         """The tables of an array such as ``[[body]]``."""
-        value = self.take(key, f"at least one [[{key}]]")
+        place = f"{self.place}.{key}" if self.place else key
+        value = self.take(key, f"at least one [[{place}]]")
         if not isinstance(value, list) or not value or not all(isinstance(item, dict) for item in value):
-            raise self.fault(key, f"is {value!r}; expected tables, each headed [[{key}]]")
-        return [Table(self.path, f"{key}[{k}]", item, self.units) for k, item in enumerate(value)]
+            raise self.fault(key, f"is {value!r}; expected tables, each headed [[{place}]]")
+        return [Table(self.path, f"{place}[{k}]", item, self.units) for k, item in enumerate(value)]
 
     def number(self, key: str, dimension: str | None) -> float:
         """A number, or a text with a unit, in the table's units; a pure number without a dimension."""

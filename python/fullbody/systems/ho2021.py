@@ -9,7 +9,8 @@ import numpy as np
 from ..base.arguments import named_options, options_of, refuse_unknown
 from ..base.units import Units
 from ..errors import InvalidInput
-from ..model.bodies import Body, Ellipsoid
+from ..model.bodies import Body
+from ..model.shapes import Ellipsoid
 from ..orbit.elements import KeplerElements
 from ._build import UnitsChoice, base_units, in_units, with_epoch
 from ._published import Published, Value, documented

@@ -14,7 +14,7 @@ import numpy as np
 from ..base.arguments import named_options
 from ..base.atomic import check_suffix, replacing
 from ..errors import InvalidInput
-from ..plots._style import check_samples, joined, semi_axes, unit
+from ..plots._style import check_samples, joined, surfaces, unit
 from ..plots.between import at, track
 from ..plots.sampling import warn_if_aliased
 
@@ -57,7 +57,10 @@ class View:
         self._title = joined(run)
         self._data = {
             "names": list(run.system.names),
-            "axes": [None if (axes := semi_axes(run, k)) is None else list(axes) for k in range(len(run.system))],
+            "surfaces": [
+                [{"columns": s.columns.T.ravel().tolist(), "position": s.position.tolist()} for s in surfaces(run, k)]
+                for k in range(len(run.system))
+            ],
             "length": unit(run, "length"),
             "unit": unit(run, "time"),
             "time": _pack(times, "<f8"),

@@ -1,14 +1,14 @@
 "use strict";
-// Ellipsoids with their axes and paths in WebGL. Positions are from the barycentre, attitudes are unit quaternions
+// Bodies of ellipsoids with their axes and paths in WebGL. Positions are from the barycentre, attitudes are unit quaternions
 // [w, x, y, z] that turn body axes into inertial ones; between samples both are interpolated.
 // Seconds that a whole run takes at speed 1.
 const SECONDS = 30;
 const COLOURS = [[0.45, 0.68, 0.85], [0.95, 0.65, 0.4], [0.75, 0.75, 0.75], [0.5, 0.75, 0.6], [0.85, 0.65, 0.75]];
 const AXES = [[0, 0.447, 0.698], [0.902, 0.624, 0], [0, 0, 0]];
-const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 turn; uniform vec3 axes, centre;
+const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 columns, normals; uniform vec3 centre;
 varying vec3 normal; varying vec3 ball;
-void main() { ball = point; normal = turn * (point / axes);
-  gl_Position = camera * vec4(turn * (point * axes) + centre, 1.0); }`;
+void main() { ball = point; normal = normals * point;
+  gl_Position = camera * vec4(columns * point + centre, 1.0); }`;
 // A net of meridians and parallels shows the turning of a body whose outline does not change.
 const SHADE = `#extension GL_OES_standard_derivatives : enable
 precision highp float; varying vec3 normal; varying vec3 ball; uniform vec3 colour, light;
@@ -31,6 +31,10 @@ function matrix([w, x, y, z]) {  // columns, as WebGL wants them
   return [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y),
     2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
     2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+}
+
+function apply(turn, v) {  // of columns one after the other
+  return [0, 1, 2].map(r => turn[r] * v[0] + turn[3 + r] * v[1] + turn[6 + r] * v[2]);
 }
 
 function slerp(p, q, s) {  // the shorter way
@@ -87,10 +91,13 @@ function show(data) {
   const quaternion = (k, b) => Array.from(attitude.subarray(4 * (k * many + b), 4 * (k * many + b) + 4));
   let reach = 0, largest = 0;
   for (let k = 0; k < samples; k++) for (let b = 0; b < many; b++) reach = Math.max(reach, Math.hypot(...centre(k, b)));
-  for (const axes of data.axes) if (axes) largest = Math.max(largest, ...axes);
+  const size = part => Math.hypot(...part.position) + Math.max(...[0, 3, 6].map(c => Math.hypot(...part.columns.slice(c, c + 3))));
+  const sizes = data.surfaces.map(parts => Math.max(0, ...parts.map(size)));
+  largest = Math.max(largest, ...sizes);
   reach = Math.max(reach, largest) || 1;
   // A point has no size: a small ball stands for it.
-  const sizes = data.axes.map(axes => axes || [0, 0, 0].fill(0.012 * reach));
+  const small = 0.012 * reach, dot = { columns: [small, 0, 0, 0, small, 0, 0, 0, small], position: [0, 0, 0] };
+  const surfaces = data.surfaces.map(parts => parts.length ? parts : [dot]);
 
   const solid = program(gl, SURFACE, SHADE), flat = program(gl, LINE, FLAT);
   const ball = sphere(48, 24), ballBuffer = buffer(gl, ball);
@@ -176,24 +183,28 @@ function show(data) {
     const view = camera(target, canvas.width / canvas.height);
     const light = [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
     bodies.forEach((body, b) => {
-      const axes = sizes[b];
       gl.useProgram(solid);
       gl.bindBuffer(gl.ARRAY_BUFFER, ballBuffer);
       const at = gl.getAttribLocation(solid, "point"), uniform = name => gl.getUniformLocation(solid, name);
       gl.enableVertexAttribArray(at);
       gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
       gl.uniformMatrix4fv(uniform("camera"), false, view.columns);
-      gl.uniformMatrix3fv(uniform("turn"), false, body.turn);
-      gl.uniform3fv(uniform("axes"), axes);
-      gl.uniform3fv(uniform("centre"), body.centre);
       gl.uniform3fv(uniform("colour"), COLOURS[b % COLOURS.length]);
       gl.uniform3fv(uniform("light"), light);
-      gl.drawArrays(gl.TRIANGLES, 0, ball.length / 3);
+      for (const part of surfaces[b]) {
+        const columns = [0, 3, 6].map(c => apply(body.turn, part.columns.slice(c, c + 3)));
+        // The columns are orthogonal: a normal is along the columns over their squared lengths.
+        const normals = columns.map(v => v.map(x => x / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])));
+        gl.uniformMatrix3fv(uniform("columns"), false, columns.flat());
+        gl.uniformMatrix3fv(uniform("normals"), false, normals.flat());
+        gl.uniform3fv(uniform("centre"), apply(body.turn, part.position).map((v, c) => v + body.centre[c]));
+        gl.drawArrays(gl.TRIANGLES, 0, ball.length / 3);
+      }
       strip(paths[b], samples, gl.LINE_STRIP, b ? [0.55, 0.5, 0.45] : [0.45, 0.5, 0.55], [0, 0, 0], view);
-      if (!data.axes[b]) return;
+      if (!data.surfaces[b].length) return;
       for (let c = 0; c < 3; c++) {
         // Lines are a pixel wide everywhere: a thin cross of ribbons is seen from every side.
-        const out = body.turn.slice(3 * c, 3 * c + 3), length = 1.6 * Math.max(...axes), half = 0.012 * length;
+        const out = body.turn.slice(3 * c, 3 * c + 3), length = 1.6 * sizes[b], half = 0.012 * length;
         const points = [];
         for (const n of [1, 2]) {
           const side = body.turn.slice(3 * ((c + n) % 3), 3 * ((c + n) % 3) + 3);

@@ -1,0 +1,298 @@
+"""Composites: bodies of several parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..base.arguments import named_options, nonzero, positive, sequence, vectors
+from ..base.units import Units, is_quantity, numbers
+from ..base.values import ArrayFields, hashed, same
+from ..errors import InvalidInput
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, lengths_of, own_units, semi_axes_in, sizes_in
+
+__all__ = ["Composite", "Part", "WorkingFrame"]
+
+_UNTURNED = (1.0, 0.0, 0.0, 0.0)
+
+
+@named_options
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Part:
+    """A part of a composite: a shape with a mass at a place.
+
+    Parameters
+    ----------
+    shape : Ellipsoid, Sphere or PointMass
+    mass, density : float or Quantity
+        One of the two; below zero for a void, or for what is missing against the matter that fills the same space.
+    position : array_like or Quantity, (3,), optional
+        The part's centre in the working frame; its origin if not given.
+    attitude : array_like, (4,)
+        The quaternion [w, x, y, z] that turns vectors of the part's axes into the working frame.
+
+    Raises
+    ------
+    InvalidInput
+        For both or neither of mass and density, and for numbers that are not finite, a mass of zero, the density of a
+        point.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Part(fullbody.Sphere("110 m"), density="2.4 g/cm3", position=["105 m", "0 m", "0 m"])
+    Part(Sphere(radius=<Quantity 110. m>), density=<Quantity 2.4 g / cm3>, position=<Quantity [105.,   0.,   0.] m>)
+    """
+
+    shape: Solid
+    mass: Any = None
+    density: Any = None
+    position: Any = None
+    attitude: Any = _UNTURNED
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, Ellipsoid | Sphere | PointMass):
+            raise InvalidInput(f"shape of a part is {self.shape!r}; expected an Ellipsoid, a Sphere or a PointMass")
+        if (self.mass is None) == (self.density is None):
+            given = "neither mass nor density" if self.mass is None else "both a mass and a density"
+            raise InvalidInput(f"a part is given {given}; expected one of the two")
+        if self.density is not None and isinstance(self.shape, PointMass):
+            raise InvalidInput(f"density of a part is {self.density!r}; expected a mass: a point has no volume")
+
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        if self.mass is not None:
+            put("mass", nonzero(self.mass, "kg", "mass of a part"))
+        if self.density is not None:
+            put("density", nonzero(self.density, "kg / m3", "density of a part"))
+        if self.position is not None:
+            place = vectors(self.position, "position of a part", one=True)
+            put("position", place if is_quantity(place) else tuple(map(float, place)))
+        turn = numbers(self.attitude, "attitude of a part")
+        if turn.shape != (4,) or not np.isfinite(turn).all() or not turn.any():
+            raise InvalidInput(
+                f"attitude of a part is {self.attitude!r}; expected a quaternion [w, x, y, z] that is not zero"
+            )
+        put("attitude", tuple(map(float, turn)))
+
+    def _given(self) -> tuple[Any, ...]:
+        return (self.shape, self.mass, self.density, self.position, self.attitude)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Part) and same(self._given(), other._given())
+
+    def __hash__(self) -> int:
+        return hash(tuple(map(hashed, self._given())))
+
+    def __repr__(self) -> str:
+        value = f"density={self.density!r}" if self.mass is None else f"mass={self.mass!r}"
+        position = "" if self.position is None else f", position={self.position!r}"
+        attitude = "" if self.attitude == _UNTURNED else f", attitude={self.attitude!r}"
+        return f"Part({self.shape!r}, {value}{position}{attitude})"
+
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        """All dimensional numbers by their names, with their dimensions."""
+        found = {label: (value, "length") for label, value in lengths_of(self.shape).items()}
+        for name, dimension in (("mass", "mass"), ("density", "density"), ("position", "length")):
+            value = getattr(self, name)
+            if value is not None:
+                found[name] = (value, dimension)
+        return found
+
+    def _in(self, units: Units, what: str) -> tuple[Any, float | None, float | None, Any, Any]:
+        """The part as the core takes it, in a system's units."""
+        mass, density = (
+            None if value is None else units.number(value, dimension, f"{dimension} of {what}")
+            for value, dimension in ((self.mass, "mass"), (self.density, "density"))
+        )
+        place = (0.0, 0.0, 0.0) if self.position is None else self.position
+        position = units.strip(place, "length", f"position of {what}").tolist()
+        return semi_axes_in(self.shape, units, what), mass, density, position, self.attitude
+
+    def _with(self, units: Units) -> Part:
+        mass, density = attach(self.mass, "mass", units), attach(self.density, "density", units)
+        position = attach(self.position, "length", units)
+        return Part(attached(self.shape, units), mass, density, position, self.attitude)
+
+
+@named_options
+@dataclass(frozen=True, slots=True)
+class Composite:
+    """A shape of several parts that are rigid together: contact binaries, boulders, voids, cores, layers, mascons.
+
+    Gravity is the sum over the parts, each exact by its own rule; densities add where parts overlap. The body frame has
+    its origin in the centre of mass and its axes along the principal axes of inertia, turned as little as possible from
+    the working frame that the parts are given in; :attr:`fullbody.Body.working_frame` tells where that went.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        In any working frame.
+
+    Raises
+    ------
+    InvalidInput
+        For anything else, and for no parts.
+
+    See Also
+    --------
+    fullbody.Composite.layers
+
+    Notes
+    -----
+    Of all ways to name and to direct the principal axes, the body frame has the one in which they are nearest to the
+    working frame's. Where moments of inertia are equal, the working frame's axes are kept as far as they can be: a
+    composite given in a principal frame keeps it.
+
+    Other bodies touch a composite where they touch one of its parts, voids among them: a void that opens to the surface
+    counts as closed.
+
+    Examples
+    --------
+    Two lobes that overlap a little; their masses are those of whole ellipsoids:
+
+    >>> import fullbody
+    >>> lobes = [
+    ...     fullbody.Part(fullbody.Ellipsoid(1.0, 0.8, 0.7), density=2.0),
+    ...     fullbody.Part(fullbody.Sphere(0.6), density=2.0, position=(1.5, 0.0, 0.0)),
+    ... ]
+    >>> body = fullbody.Body(fullbody.Composite(lobes), name="Selam")
+    >>> body.mass, body.inertia.round(3)
+    (np.float64(6.50089...), array([1.583, 5.067, 5.317]))
+    """
+
+    parts: tuple[Part, ...]
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        found = sequence(parts, Part, "parts", "a sequence of Part", "a sequence of Part")
+        if not found:
+            raise InvalidInput("parts is empty; expected at least one Part")
+        object.__setattr__(self, "parts", found)
+
+    def __repr__(self) -> str:
+        return f"Composite([{', '.join(map(repr, self.parts))}])"
+
+    @classmethod
+    def layers(cls, shape: Ellipsoid | Sphere, fractions: Sequence[float], densities: Sequence[Any]) -> Composite:
+        """Homothetic layers: shells about one centre whose surfaces are the same shape at smaller and smaller sizes.
+
+        Parameters
+        ----------
+        shape : Ellipsoid or Sphere
+            The outermost surface.
+        fractions : sequence of float
+            Sizes of the layers' outer surfaces relative to that: falling from 1.
+        densities : sequence of float or Quantity
+            Of the layers, from the outermost inwards, as many; zero for a cavity.
+
+        Returns
+        -------
+        Composite
+            Whose parts are whole ellipsoids with the differences of the densities.
+
+        Raises
+        ------
+        InvalidInput
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> shell = fullbody.Composite.layers(fullbody.Sphere(2.0), fractions=(1.0, 0.5), densities=(3.0, 0.0))
+        >>> [part.density for part in shell.parts]
+        [3.0, -3.0]
+        """
+        if not isinstance(shape, Ellipsoid | Sphere):
+            raise InvalidInput(f"shape is {shape!r}; expected an Ellipsoid or a Sphere")
+        sizes = numbers(fractions, "fractions")
+        if sizes.ndim != 1 or sizes[:1] != [1.0] or not (np.diff(sizes) < 0.0).all() or not (sizes > 0.0).all():
+            raise InvalidInput(f"fractions is {fractions!r}; expected numbers that fall from 1 and stay above zero")
+        known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in densities]
+        if len(known) != len(sizes):
+            raise InvalidInput(f"densities has {len(known)} numbers; expected {len(sizes)}, as fractions has")
+        parts, outer = [], None
+        for fraction, density in zip(sizes, known, strict=True):
+            step = density if outer is None else density - outer
+            outer = density
+            if not _is_zero(step):
+                lengths = (getattr(shape, name) * float(fraction) for name in shape.__slots__)
+                parts.append(Part(type(shape)(*lengths), density=step))
+        return cls(parts)
+
+    def with_mass(self, mass: Any) -> Composite:
+        """The same with all masses and densities in the proportion that gives this total.
+
+        Parameters
+        ----------
+        mass : float or Quantity
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> pair = [fullbody.Part(fullbody.Sphere(1.0), mass=m, position=(m, 0.0, 0.0)) for m in (1.0, 3.0)]
+        >>> [part.mass for part in fullbody.Composite(pair).with_mass(8.0).parts]
+        [2.0, 6.0]
+        """
+        units = own_units(self._numbers())
+        wanted = units.number(positive(mass, "kg", "mass"), "mass", "mass")
+        factor = wanted / self._core(units, "the composite").mass
+
+        def scaled(part: Part) -> Part:
+            mass, density = (None if value is None else value * factor for value in (part.mass, part.density))
+            return Part(part.shape, mass, density, part.position, part.attitude)
+
+        return Composite([scaled(part) for part in self.parts])
+
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        return {
+            f"{name} of part {k}": value for k, part in enumerate(self.parts) for name, value in part._numbers().items()
+        }
+
+    def _with(self, units: Units) -> Composite:
+        return Composite([part._with(units) for part in self.parts])
+
+    def _core(self, units: Units, name: str) -> _core.Body:
+        rows = [part._in(units, f"part {k} of {name}") for k, part in enumerate(self.parts)]
+        return _core.Body.composite(name, rows)
+
+    def _describe(self, units: Units, core: Any) -> list[dict[str, Any]]:
+        """The parts in numbers of a system's units."""
+        both = zip(self.parts, core.given, strict=True)
+        return [
+            {
+                "shape": type(part.shape).__name__,
+                "size": sizes_in(part.shape, units),
+                "mass": mass,
+                "position": list(position),
+                "attitude": list(attitude),
+            }
+            for part, (_, mass, position, attitude) in both
+        ]
+
+
+def _is_zero(value: Any) -> bool:
+    return np.ndim(value) == 0 and not isinstance(value, str) and bool(np.asarray(getattr(value, "value", value)) == 0)
+
+
+@named_options
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class WorkingFrame(ArrayFields):
+    """Where the working frame of a composite lies in its body frame.
+
+    With x a place in the working frame, its place in the body frame is R x + ``position``, where R is the rotation
+    matrix of ``attitude``.
+
+    Attributes
+    ----------
+    position : ndarray or Quantity, (3,)
+        The working frame's origin.
+    attitude : ndarray, (4,)
+        The quaternion [w, x, y, z] that turns vectors of the working frame into the body frame.
+    """
+
+    position: Any
+    attitude: Any

@@ -1,0 +1,175 @@
+"""Shapes of bodies and of their parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..base.arguments import named_options, positive, refuse_mixture
+from ..base.units import Units, gathered, is_quantity
+from ..base.values import ScalarFields
+from ..errors import InvalidInput
+
+__all__ = ["Ellipsoid", "PointMass", "Sphere"]
+
+_AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
+
+
+@named_options
+@dataclass(frozen=True, slots=True, eq=False)
+class Ellipsoid(ScalarFields):
+    """A homogeneous ellipsoid.
+
+    Parameters
+    ----------
+    a, b, c : float or Quantity
+        Semi-axes along the body frame's x, y and z, in any order of size; equal ones are welcome.
+
+    Raises
+    ------
+    InvalidInput
+        For a semi-axis that is not a finite number above zero, and where only some have units.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Ellipsoid(0.766, 0.7475, 0.6735)
+    Ellipsoid(a=0.766, b=0.7475, c=0.6735)
+    """
+
+    a: Any
+    b: Any
+    c: Any
+
+    def __post_init__(self) -> None:
+        for name in ("a", "b", "c"):
+            object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
+        refuse_mixture(dict(zip(_AXES, self._lengths, strict=True)))
+
+    @property
+    def _lengths(self) -> tuple[Any, Any, Any]:
+        return (self.a, self.b, self.c)
+
+    @property
+    def semi_axes(self) -> Any:
+        """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.Ellipsoid("2 km", "1.5 km", "800 m").semi_axes
+        <Quantity [2. , 1.5, 0.8] km>
+        """
+        return gathered(self._lengths, "semi_axes")
+
+
+@named_options
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere(ScalarFields):
+    """A homogeneous sphere.
+
+    Parameters
+    ----------
+    radius : float or Quantity
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Sphere(1.5).semi_axes
+    (1.5, 1.5, 1.5)
+    """
+
+    radius: Any
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", positive(self.radius, "m", "radius"))
+
+    @property
+    def _lengths(self) -> tuple[Any, Any, Any]:
+        return (self.radius, self.radius, self.radius)
+
+    @property
+    def semi_axes(self) -> Any:
+        """The radius three times (3,): a tuple of numbers, or a Quantity."""
+        return gathered(self._lengths, "semi_axes")
+
+
+@named_options
+@dataclass(frozen=True, slots=True)
+class PointMass:
+    """A body without extent: no torque acts on it and its spin does not change.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.Body(fullbody.PointMass(), mass=1.0, name="probe")
+    Body(PointMass(), mass=1.0, name='probe')
+    """
+
+    _lengths = None
+
+    @property
+    def semi_axes(self) -> None:
+        """A point has none."""
+        return None
+
+
+#: A shape of one piece.
+Solid = Ellipsoid | Sphere | PointMass
+#: These by name.
+SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
+
+
+def lengths_of(shape: Solid) -> dict[str, Any]:
+    """The semi-axes by their names; none of a point."""
+    return dict(zip(_AXES, shape._lengths or (), strict=False))
+
+
+def own_units(known: dict[str, tuple[Any, str]]) -> Units:
+    """Units of the first of some lengths and of the first of some masses or densities, if they have any.
+
+    The numbers are given by their names, with their dimensions.
+    """
+    if not refuse_mixture({label: value for label, (value, _) in known.items()}):
+        return Units()
+    from astropy import units as u
+
+    first: dict[str, Any] = {}
+    for value, dimension in known.values():
+        first.setdefault(dimension, value.unit)
+    length = first.get("length", u.m)
+    return Units((length, u.s, first["mass"] if "mass" in first else first["density"] * length**3))
+
+
+def semi_axes_in(shape: Solid, units: Units, name: str) -> tuple[float, float, float] | None:
+    """Semi-axes as numbers in a system's units; ``None`` for a point."""
+    if shape._lengths is None:
+        return None
+    labelled = zip(shape._lengths, "abc", strict=True)
+    a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)
+    return a, b, c
+
+
+def attached(shape: Solid, units: Units) -> Solid:
+    """The shape in a system with units: its plain numbers become Quantities in them."""
+    return type(shape)(*(attach(getattr(shape, name), "length", units) for name in shape.__slots__))
+
+
+def attach(value: Any, dimension: str, units: Units) -> Any:
+    """A plain number as a Quantity in a system's units; a Quantity, or none, as it is."""
+    return value if value is None or is_quantity(value) else units.attach(value, dimension)
+
+
+def sizes_in(shape: Solid, units: Units) -> dict[str, float]:
+    """The numbers that a shape was made with, in a system's units."""
+    return {name: float(units.strip(getattr(shape, name), "length", name)) for name in shape.__slots__}
+
+
+def solid_noted(core: dict[str, Any], name: str | None, what: str) -> dict[str, Any]:
+    """The description of a shape with a mass by the core's, and by the name of its class where that is known."""
+    axes = core["semi_axes"]
+    kind = SOLIDS[name if name is not None else "PointMass" if axes is None else "Ellipsoid"]
+    size = dict(zip(kind.__slots__, axes or (), strict=False))
+    if kind(**size).semi_axes != (None if axes is None else tuple(axes)):
+        raise InvalidInput(f"{what} is a {kind.__name__} of semi-axes {axes}; expected fitting ones")
+    return {"shape": kind.__name__, "size": size, "mass": core["mass"]}
