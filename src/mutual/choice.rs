@@ -248,7 +248,7 @@ impl Pair {
 
     /// Largest difference of two evaluations: of the force relative to its size; of the torques relative to theirs, or
     /// to a hundredth of the force times the body's radius where symmetry makes them small.
-    pub(super) fn difference(&self, one: &Interaction, other: &Interaction) -> f64 {
+    fn difference(&self, one: &Interaction, other: &Interaction) -> f64 {
         let force = one.force_on_first.norm();
         let torque = |a: &Vec3, b: &Vec3, body: usize| {
             let size = a.norm().max(0.01 * force * self.bodies[body].shape.circumradius());

@@ -10,8 +10,9 @@
 
 use super::choice::MARGIN;
 use super::rule::{Carrier, Kernel};
-use super::{BodyGravity, Pair, Pose};
+use super::{BodyGravity, Interaction, Pair, Pose};
 use crate::error::{Error, Result};
+use crate::math::Vec3;
 use crate::patience::Patience;
 use crate::quadrature::{Order, layer_degree};
 
@@ -81,12 +82,12 @@ impl Pair {
             self.adopt(integrated, LADDER[level + 1], order(level + 1), reach)?;
             let fine = self.scaled_interaction(pose);
             work += self.nodes_in_force() * each as u64;
-            difference = self.difference(&fine, &coarse);
+            difference = self.change(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
                 if difference < 1e-3 * self.tolerance && level > 0 {
                     self.adopt(integrated, LADDER[level - 1], order(level - 1), reach)?;
                     work += self.nodes_in_force() * each as u64;
-                    if self.difference(&self.scaled_interaction(pose), &fine) <= 0.1 * self.tolerance {
+                    if self.change(&self.scaled_interaction(pose), &fine) <= 0.1 * self.tolerance {
                         return Ok(work);
                     }
                 }
@@ -111,6 +112,19 @@ impl Pair {
                 self.tolerance,
             ),
         })
+    }
+
+    /// Largest difference of two evaluations: of the force, and of the torques by the body's radius, relative to the force.
+    fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
+        let force = one.force_on_first.norm();
+        let torque =
+            |a: &Vec3, b: &Vec3, body: usize| (a - b).norm() / self.bodies[body].shape.circumradius();
+        let change = (one.force_on_first - other.force_on_first).norm();
+        change.max(torque(&one.torque_first, &other.torque_first, 0)).max(torque(
+            &one.torque_second,
+            &other.torque_second,
+            1,
+        )) / force
     }
 
     /// The points that stand for the body that is integrated over.
