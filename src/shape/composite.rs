@@ -69,7 +69,7 @@ impl Assembly {
                 }),
             })
             .collect();
-        let frame = WorkingFrame { position: -(axes * centre), attitude: quaternion(&axes) };
+        let frame = WorkingFrame { position: Vec3::zeros() - axes * centre, attitude: quaternion(&axes) };
         Ok(Self { mass, inertia, outer: outer(&parts), parts, frame })
     }
 }

@@ -75,6 +75,8 @@ struct Reach {
     focal: f64,
     /// G times the mass, with what the quadrature may add to it; voids count like matter.
     mu: f64,
+    /// How many times its mass the matter and the voids together are.
+    terms: f64,
 }
 
 impl Approach {
@@ -91,11 +93,13 @@ impl Approach {
             mu: system.gravitational_constant()
                 * body.mass_without_signs()
                 * (1.0 + system.settings().gravity_tolerance),
+            terms: body.mass_without_signs() / body.mass,
         };
         let bodies: Vec<Reach> = system.bodies().iter().map(reach).collect();
         let n = bodies.len();
         let all: f64 = bodies.iter().map(|body| body.mu).sum();
-        let pull = if n == 2 { all } else { 2.0 * all };
+        let terms = bodies.iter().map(|body| body.terms).fold(1.0, f64::max);
+        let pull = if n == 2 { all } else { 2.0 * all } * terms;
         Self {
             extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
             bodies,
@@ -194,8 +198,8 @@ impl Approach {
                 let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
                 if weight > 0.0 {
                     let per_mu = if inner > 0.0 { 1.0 / (inner * inner) } else { f64::INFINITY };
-                    self.pulls[i] += b.mu * per_mu;
-                    self.pulls[j] += a.mu * per_mu;
+                    self.pulls[i] += a.terms * b.mu * per_mu;
+                    self.pulls[j] += b.terms * a.mu * per_mu;
                 }
                 index += 1;
             }

@@ -172,7 +172,10 @@ def test_view_is_one_page_with_the_runs_numbers(kw4_run, tmp_path):
     assert stat.S_IMODE(path.stat().st_mode) & 0o444
     data, arrays = data_of(page)
     assert data["names"] == ["Alpha", "Beta"]
-    assert data["axes"] == [[0.766, 0.7475, 0.6735], [0.285, 0.2315, 0.1745]]
+    assert data["surfaces"] == [
+        [{"columns": np.diag(axes).ravel().tolist(), "position": [0.0] * 3}]
+        for axes in ([0.766, 0.7475, 0.6735], [0.285, 0.2315, 0.1745])
+    ]
     assert (data["length"], data["unit"]) == ("km", "h")
     assert 500 < len(arrays["time"]) <= 1000
     # The samples, and others between them that make its paths smooth.
@@ -213,4 +216,4 @@ def test_names_cannot_break_out_of_the_page():
     assert '<b>"' not in page.split("<script>")[0]
     data, _ = data_of(page)
     assert data["names"] == [name, "body 1"]
-    assert data["axes"] == [[1.0, 1.0, 1.0], None]
+    assert data["surfaces"] == [[{"columns": np.eye(3).ravel().tolist(), "position": [0.0] * 3}], []]

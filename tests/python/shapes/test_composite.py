@@ -1,0 +1,321 @@
+"""Composites: bodies of several parts, against sums over ordinary bodies, closed forms and arbitrary precision."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere
+from support import inertia, matrix, quaternion_product
+
+AXES = (1.0, 0.8, 0.5)
+PROBE = Body(Ellipsoid(0.7, 0.5, 0.3), mass=0.4, name="probe")
+
+
+def turn(seed=0):
+    q = np.random.default_rng(seed).normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def lump(seed=0):
+    """Overlapping lobes with a boulder, a void and a mass point, none of them in a special place."""
+    return [
+        Part(Ellipsoid(*AXES), density=2.0, position=(0.3, 0.1, -0.2), attitude=turn(seed)),
+        Part(Ellipsoid(0.6, 0.5, 0.4), mass=1.7, position=(-0.9, 0.4, 0.1), attitude=turn(seed + 1)),
+        Part(Sphere(0.1), density=-2.0, position=(0.4, 0.0, -0.3)),
+        Part(Sphere(0.2), mass=0.1, position=(0.2, 1.0, 0.5)),
+        Part(PointMass(), mass=0.2, position=(0.2, -0.3, 0.1)),
+    ]
+
+
+def pose(distance, seed=3):
+    """Two bodies at rest that are turned anyhow, so far apart."""
+    rng = np.random.default_rng(seed)
+    position = np.zeros((2, 3))
+    position[1] = distance * np.array([0.48, -0.6, 0.64])
+    attitude = rng.normal(size=(2, 4))
+    attitude /= np.linalg.norm(attitude, axis=1)[:, None]
+    return fullbody.State(position, np.zeros((2, 3)), attitude=attitude, spin=rng.normal(size=(2, 3)))
+
+
+def close(found, expected, tolerance, scale=None):
+    size = np.abs(expected).max() if scale is None else scale
+    assert np.abs(np.asarray(found) - expected).max() <= tolerance * size, (found, expected)
+
+
+def same_interactions(one, other, state, tolerance):
+    """Of two systems: the torques relative to a lever of one."""
+    f, g = one.interactions(state), other.interactions(state)
+    close(f.force, g.force, tolerance)
+    close(f.torque, g.torque, tolerance, scale=np.abs(g.force).max())
+    close(f.potential_energy, g.potential_energy, tolerance)
+
+
+METHODS = ("focal", "surface", "multipole:8")
+
+
+@pytest.mark.parametrize("gravity", METHODS)
+def test_coincident_parts_of_half_the_density_are_one_body(gravity):
+    whole = Body(Ellipsoid(*AXES), density=3.0, name="A")
+    halves = Body(Composite([Part(Ellipsoid(*AXES), density=1.5)] * 2), name="A")
+    assert halves.mass == pytest.approx(whole.mass, rel=1e-15)
+    close(halves.inertia, whole.inertia, 1e-15)
+    close(halves.working_frame.attitude, np.array([1.0, 0, 0, 0]), 0.0)
+    for distance in (2.1, 9.0, 1e4):
+        both = (fullbody.System([body, PROBE], G=1.3, gravity=gravity) for body in (halves, whole))
+        same_interactions(*both, pose(distance), 1e-14)
+
+
+def test_densities_add():
+    """A core in an ellipsoid: its own mass is what it has more than what it replaces."""
+    core = [Part(Ellipsoid(*AXES), density=2.0), Part(Sphere(0.3), density=5.0 - 2.0, position=(0.1, 0.0, 0.1))]
+    volume = 4.0 / 3.0 * np.pi
+    assert Body(Composite(core)).mass == pytest.approx(volume * (2.0 * np.prod(AXES) + 3.0 * 0.3**3), rel=1e-15)
+
+
+def test_confocal_layers_of_equal_mass_have_equal_fields():
+    """Maclaurin: and so do confocal ellipsoids, in the interactions with another body."""
+    thin, thick = 0.3, 0.9
+    shapes = [[Ellipsoid(*np.sqrt(np.square(AXES) + k)) for k in ks] for ks in ((0.0, thin), (thin, thick))]
+    layers = [
+        Composite(
+            [Part(outer, mass=4.0 * np.prod(outer.semi_axes)), Part(inner, mass=-4.0 * np.prod(inner.semi_axes))]
+        ).with_mass(1.0)
+        for inner, outer in shapes
+    ]
+    ball = Body(Sphere(0.4), mass=0.7, name="ball")
+    state = pose(3.0)
+    inner, outer = (fullbody.System([Body(layer, name="A"), ball], G=1.0).interactions(state) for layer in layers)
+    # The layers are 3 and 4 times lighter than what they are the differences of.
+    close(inner.force, outer.force, 1e-14)
+    close(inner.torque, outer.torque, 1e-13)
+    assert np.abs(inner.torque).max() > 0.01 * np.abs(inner.force).max()
+
+
+def test_a_homothetic_shell_has_no_field_inside():
+    """Newton, Principia I, Prop. 91, Cor. 3: and outside that of the difference of two ellipsoids."""
+    shell = Body(Composite.layers(Ellipsoid(*AXES), fractions=(1.0, 0.6), densities=(3.0, 0.0)))
+    places = np.random.default_rng(0).uniform(-1, 1, (50, 3)) * 0.6 / np.sqrt(3.0) * AXES
+    outer, inner = (Body(Ellipsoid(*(np.array(AXES) * f)), density=3.0) for f in (1.0, 0.6))
+    surface = np.linalg.norm(outer.field([AXES[0], 0.0, 0.0], G=1.0))
+    assert np.abs(shell.field(places, G=1.0, inside=True)).max() < 1e-15 * surface
+    assert np.ptp(shell.potential(places, G=1.0, inside=True)) < 1e-14
+    beyond = np.random.default_rng(1).normal(size=(50, 3)) * 3.0
+    beyond = beyond[(np.square(beyond / AXES)).sum(axis=1) > 1.0]
+    for what in ("potential", "field"):
+        found, whole, core = (getattr(body, what)(beyond, G=1.0) for body in (shell, outer, inner))
+        close(found, whole - core, 1e-14)
+    with pytest.raises(fullbody.InvalidInput, match="expected a point outside or on the surface"):
+        shell.field(places, G=1.0)
+    close(shell.inertia, inertia(outer.mass, AXES) * (1.0 - 0.6**5), 1e-14)
+
+
+def test_the_field_inside_an_ellipsoid_is_linear():
+    """Its trace is Poisson's -4 pi G density, and it joins the one outside."""
+    body = Body(Ellipsoid(*AXES), density=3.0)
+    field = body.field(np.diag(np.array(AXES) * 0.37), G=1.0, inside=True)
+    assert np.trace(field / (np.array(AXES) * 0.37)) == pytest.approx(-4.0 * np.pi * 3.0, rel=1e-14)
+    edge = np.diag(AXES)
+    close(np.diag(body.field(edge, G=1.0)) / AXES, np.diag(field) / (np.array(AXES) * 0.37), 1e-14)
+
+
+def test_principal_frame_of_anything():
+    """Mass, centre and tensor by numpy's own sums, in the working frame's coordinates."""
+    parts = lump()
+    body = Body(Composite(parts))
+    volumes = [4.0 / 3.0 * np.pi * np.prod(p.shape.semi_axes) if p.density is not None else 1.0 for p in parts]
+    masses = np.array([(p.mass or p.density) * v for p, v in zip(parts, volumes, strict=True)])
+    centres = np.array([p.position for p in parts])
+    assert body.mass == pytest.approx(masses.sum(), rel=1e-15)
+    centre = masses @ centres / masses.sum()
+    tensor = np.zeros((3, 3))
+    for part, mass, place in zip(parts, masses, centres - centre, strict=True):
+        rotation, axes = matrix(part.attitude), part.shape.semi_axes or (0.0, 0.0, 0.0)
+        tensor += rotation @ np.diag(inertia(mass, axes)) @ rotation.T
+        tensor += mass * (place @ place * np.eye(3) - np.outer(place, place))
+    frame = body.working_frame
+    turned = matrix(frame.attitude)
+    close(turned @ tensor @ turned.T, np.diag(body.inertia), 1e-14)
+    close(np.sort(body.inertia), np.linalg.eigvalsh(tensor), 1e-14)
+    close(turned @ centre + frame.position, np.zeros(3), 1e-15, scale=1.0)
+    # No other naming and directing of the axes is nearer to the working frame.
+    flips = [np.diag(s) for s in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))]
+    swaps = [np.eye(3)[list(order)] for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (1, 0, 2), (0, 2, 1), (2, 1, 0))]
+    others = [np.trace(np.linalg.det(s) * flip @ s @ turned) for flip in flips for s in swaps]
+    assert np.trace(turned) >= max(others) - 1e-14
+
+
+def test_a_split_of_an_ellipsoids_moments():
+    """Points at the ends of three axes that have the second moments of an ellipsoid have its inertia, turned anyhow."""
+    mass, q = 3.0, turn()
+    ends = [s * a * np.sqrt(3.0 / 5.0) * e for a, e in zip(AXES, np.eye(3), strict=True) for s in (-1, 1)]
+    parts = [Part(PointMass(), mass=mass / 6.0, position=matrix(q) @ end) for end in ends]
+    body = Body(Composite(parts))
+    close(np.sort(body.inertia), np.sort(inertia(mass, AXES)), 1e-14)
+    close(np.sort(body.fitted_ellipsoid().semi_axes), np.sort(AXES), 1e-14)
+
+
+def test_a_degenerate_principal_frame_is_kept():
+    def attitude(parts):
+        return Body(Composite(parts)).working_frame.attitude
+
+    unturned = np.array([1.0, 0.0, 0.0, 0.0])
+    # All moments equal: parts on a cube's corners, turned.
+    q = turn()
+    corners = [matrix(q) @ np.array([x, y, z]) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    close(attitude([Part(Sphere(0.5), mass=1.0, position=c) for c in corners]), unturned, 0.0)
+    # Two equal, about an axis that the working frame has: nothing is turned; the shift leaves it so.
+    for axis in np.eye(3):
+        ends = [Part(Sphere(0.5), mass=m, position=3.0 * axis * m + (5.0, 6.0, 7.0)) for m in (1.0, 2.0)]
+        close(attitude(ends), unturned, 0.0)
+    # About another axis: the shortest turn between the two.
+    tilt = 0.3
+    ends = [Part(Sphere(0.5), mass=1.0, position=(s * np.sin(tilt), 0.0, s * np.cos(tilt))) for s in (-1, 1)]
+    close(attitude(ends), np.array([np.cos(tilt / 2), 0.0, -np.sin(tilt / 2), 0.0]), 1e-15)
+    # Different ones along the working frame's axes: whichever is the largest.
+    for axes in ((1, 2, 3), (3, 2, 1), (2, 3, 1)):
+        close(attitude([Part(Ellipsoid(*axes), mass=1.0)]), unturned, 0.0)
+
+
+def direct(parts, state, gravity):
+    """Force on both bodies, torques in their frames and energy, from pairs of ordinary bodies and lever arms."""
+    frame = Body(Composite(parts)).working_frame
+    into = matrix(frame.attitude)
+    (first, second), (p, q) = state.position, state.attitude
+    total, torques, energy = np.zeros(3), np.zeros((2, 3)), 0.0
+    for part in parts:
+        mass = part.mass if part.mass is not None else part.density * 4.0 / 3.0 * np.pi * np.prod(part.shape.semi_axes)
+        # Gravity is linear in the mass.
+        body = Body(part.shape, mass=abs(mass), name="part")
+        place = into @ np.array(part.position) + frame.position
+        own = quaternion_product(p, quaternion_product(frame.attitude, part.attitude))
+        here = fullbody.State(
+            [first + matrix(p) @ place, second], np.zeros((2, 3)), attitude=[own, q], spin=np.zeros((2, 3))
+        )
+        f = fullbody.System([body, PROBE], G=1.3, gravity=gravity).interactions(here)
+        sign = np.sign(mass)
+        total += sign * f.force[0]
+        torques[0] += sign * (into @ matrix(part.attitude) @ f.torque[0] + np.cross(place, matrix(p).T @ f.force[0]))
+        torques[1] += sign * f.torque[1]
+        energy += sign * f.potential_energy
+    return total, torques, energy
+
+
+@pytest.mark.parametrize("distance", [2.9, 12.0, 1e5])
+@pytest.mark.parametrize("gravity", METHODS)
+def test_the_sum_over_parts(gravity, distance):
+    parts, state = lump(), pose(distance)
+    f = fullbody.System([Body(Composite(parts)), PROBE], G=1.3, gravity=gravity).interactions(state)
+    force, torques, energy = direct(parts, state, gravity)
+    # Far away the torque is a difference: levers times forces that are all but parallel.
+    close(f.force, np.array([force, -force]), 1e-14)
+    close(f.torque, torques, 2e-14, scale=np.linalg.norm(force))
+    close(f.potential_energy, energy, 1e-14)
+
+
+def test_third_law():
+    system = fullbody.System([Body(Composite(lump()), name="A"), Body(Composite(lump(7)), name="B"), PROBE], G=1.3)
+    rng = np.random.default_rng(4)
+    attitude = rng.normal(size=(3, 4))
+    attitude /= np.linalg.norm(attitude, axis=1)[:, None]
+    state = fullbody.State([[0, 0, 0], [3.9, 1.0, 0.2], [-1.5, 3.0, 1.0]], np.zeros((3, 3)), attitude=attitude)
+    f = system.interactions(state)
+    size = np.abs(f.force).max()
+    close(f.force.sum(axis=0), np.zeros(3), 1e-15, scale=size)
+    turned = sum(matrix(q) @ m for q, m in zip(attitude, f.torque, strict=True))
+    close(np.cross(state.position, f.force).sum(axis=0) + turned, np.zeros(3), 1e-14, scale=4.0 * size)
+
+
+def test_invariances():
+    """Under rotations of the whole, other orders of parts, another working frame, and other units."""
+    parts, state = lump(), pose(4.0)
+    system = fullbody.System([Body(Composite(parts), name="A"), PROBE], G=1.3)
+    f = system.interactions(state)
+    q = turn()
+    position, attitude = state.position @ matrix(q).T, [quaternion_product(q, a) for a in state.attitude]
+    g = system.interactions(state.replace(position=position, attitude=attitude))
+    close(g.force, f.force @ matrix(q).T, 1e-14)
+    close(g.torque, f.torque, 1e-14, scale=np.abs(f.force).max())
+
+    mixed = fullbody.System([Body(Composite(parts[::-1]), name="A"), PROBE], G=1.3)
+    same_interactions(mixed, system, state, 1e-14)
+
+    # Small turns and any shift: the principal axes keep their names.
+    q, shift = np.array([1.0, 0.02, -0.01, 0.03]), np.array([7.0, -3.0, 2.0])
+    q /= np.linalg.norm(q)
+    moved = [
+        Part(p.shape, p.mass, p.density, matrix(q) @ p.position + shift, quaternion_product(q, p.attitude))
+        for p in parts
+    ]
+    same_interactions(fullbody.System([Body(Composite(moved), name="A"), PROBE], G=1.3), system, state, 3e-14)
+
+    from astropy import units as u
+
+    united = fullbody.System(
+        [Body(Composite(parts), name="A"), PROBE], G=1.3 * u.km**3 / u.kg / u.hour**2, units=("km", "hour", "kg")
+    )
+    metres = [
+        Part(
+            type(p.shape)(*(getattr(p.shape, name) * 1000.0 * u.m for name in p.shape.__slots__)),
+            None if p.mass is None else p.mass * u.kg,
+            None if p.density is None else p.density * u.kg / u.km**3,
+            np.array(p.position) * 1000.0 * u.m,
+            p.attitude,
+        )
+        for p in parts
+    ]
+    found = fullbody.System([Body(Composite(metres), name="A"), united.bodies[1]], united.G, units=united.units)
+    h = found.interactions(state)
+    close(h.force.to_value("kg km / hour2"), f.force, 1e-13)
+    close(h.torque.to_value("kg km2 / hour2"), f.torque, 1e-13)
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        fullbody.Verner98(1e-13, 1e-13),
+        fullbody.DormandPrince54(1e-12, 1e-12),
+        fullbody.SymplecticSplitting(0.01, "ABA864"),
+        fullbody.LieGroupVariational(0.002),
+    ],
+    ids=lambda i: type(i).__name__,
+)
+def test_what_is_conserved(integrator):
+    """Two composites in a close, tumbling orbit."""
+    second = [Part(Ellipsoid(0.5, 0.4, 0.3), mass=0.5), Part(Sphere(0.3), mass=0.2, position=(0.7, 0.1, 0.0))]
+    system = fullbody.System([Body(Composite(lump()), name="A"), Body(Composite(second), name="B")], G=1.0)
+    state = fullbody.State(
+        [[0, 0, 0], [3.5, 0, 0.3]], [[0, 0, 0], [0, 1.3, 0.2]], attitude=pose(1.0).attitude, spin=[[0.2, 0.1, 0.9]] * 2
+    )
+    run = system.integrate(state, 3.0, integrator=integrator)
+    energy, momentum = np.abs(run.energy_drift).max(), np.abs(run.angular_momentum_drift).max()
+    limit = 1e-12 if "Verner" in str(integrator) or "Dormand" in str(integrator) else 1e-5
+    assert energy < limit, energy
+    # Fixed steps conserve it to round-off, since kicks and drifts do.
+    assert momentum < 1e-12, momentum
+    # The motion does matter: the bodies turn by more than a radian, and their spins change.
+    assert np.abs(np.diff(run.spin[[0, -1]], axis=0)).max() > 0.01
+
+
+def test_the_rule_is_asked_of_the_parts():
+    """A long arm that swings past another body in one step: the sum holds though the centres keep their distance."""
+    arm = [Part(Sphere(1.0), mass=5.0), Part(Ellipsoid(0.4, 0.2, 0.1), mass=0.05, position=(3.0, 0.0, 0.0))]
+    club = Body(Composite(arm), name="club")
+    stone = Body(Ellipsoid(0.5, 0.3, 0.2), mass=0.3, name="stone")
+    system = fullbody.System([club, stone], G=1.0)
+    state = fullbody.State([[0, 0, 0], [0, 4.2, 0]], [[0, 0, 0], [0, 0, 0.3]], spin=[[0, 0, 1.5], [0.1, 0.2, 0.3]])
+    coarse = system.integrate(state, 2.0, integrator=fullbody.Verner98(1e-7, 1e-7), output=[2.0])
+    fine = system.integrate(state, 2.0, integrator=fullbody.Verner98(1e-13, 1e-13), output=[2.0])
+    nodes = system.with_options(order=(60, 120)).integrate(
+        state, 2.0, integrator=fullbody.Verner98(1e-13, 1e-13), output=[2.0]
+    )
+    close(fine.position, nodes.position, 1e-12)
+    close(fine.spin, nodes.spin, 1e-12)
+    close(coarse.position, fine.position, 1e-5)
+
+
+def test_point_method_takes_the_whole_as_a_point():
+    state = pose(7.0)
+    points = fullbody.System([Body(Composite(lump()), name="A"), PROBE], G=1.0, gravity="point").interactions(state)
+    r = state.position[1]
+    force = Body(Composite(lump())).mass * PROBE.mass / np.linalg.norm(r) ** 3 * r
+    close(points.force, np.array([force, -force]), 1e-15)
+    assert not points.torque.any()
