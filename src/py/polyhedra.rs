@@ -2,7 +2,7 @@
 
 use super::arrays::{array, from_vectors, vectors};
 use super::listening::listening;
-use crate::error::{Error, require_finite};
+use crate::error::{Error, require_finite, require_positive};
 use crate::gravity::{Anywhere, PolyhedralField};
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
@@ -62,6 +62,12 @@ impl PyPolyhedron {
         let faces = self.inner.faces();
         let indices: Vec<i64> = faces.iter().flatten().map(|&v| i64::from(v)).collect();
         numpy::PyArray1::from_vec(py, indices).reshape([faces.len(), 3])
+    }
+
+    /// The same with all lengths times a factor.
+    fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        require_positive("factor", factor)?;
+        Ok(self.inner.scaled(factor).into())
     }
 
     #[getter]
