@@ -237,7 +237,7 @@ class Body(Tabled):
         return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
-        """Semi-axes in a system's units; of a composite or a polyhedron the fitted ellipsoid's; ``None`` for a point."""
+        """Semi-axes in a system's units, of a composite or polyhedron the fitted ellipsoid's; ``None`` for a point."""
         if isinstance(self._shape, PointMass):
             return None
         if isinstance(self._shape, Composite):

@@ -70,7 +70,7 @@ class Polyhedron:
     __slots__ = ("_faces", "_made", "_vertices")
 
     def __init__(self, vertices: Any, faces: Any) -> None:
-        points = vectors(vertices, "vertices")
+        points: Any = vectors(vertices, "vertices")
         self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
         try:
             given = np.asarray(faces)
@@ -81,7 +81,7 @@ class Polyhedron:
         if not whole:
             raise InvalidInput(f"faces is of shape {np.shape(faces)}; expected whole numbers (F, 3)")
         self._faces: npt.NDArray[np.int64] = found
-        plain = self._vertices.value if is_quantity(self._vertices) else self._vertices
+        plain = points.value if is_quantity(points) else points
         self._made = _core.Polyhedron(np.ascontiguousarray(plain, dtype=np.float64), np.ascontiguousarray(found))
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
@@ -99,8 +99,9 @@ class Polyhedron:
     @property
     def volume(self) -> Scalar:
         """Volume of the solid."""
-        volume: Scalar = self._made.volume
-        return volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
+        volume: Any = self._made.volume
+        cubed: Scalar = volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
+        return cubed
 
     @classmethod
     def load(cls, path: str | PathLike[str], unit: Any = None, *, heal: bool = False) -> Polyhedron:
