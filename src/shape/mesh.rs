@@ -87,14 +87,15 @@ fn edges(faces: &[[u32; 3]]) -> Result<Vec<Edge>> {
         let [u, v] = group[0].0;
         let first = group[0].1 as usize;
         let along = format!("the edge of vertices {u} and {v}");
+        let twice = group.iter().enumerate().find_map(|(k, (_, j, _))| {
+            let same = |side: &&([u32; 2], u32, bool)| doubled(faces[side.1 as usize], faces[*j as usize]);
+            group[..k].iter().find(same).map(|side| (side.1, *j))
+        });
+        if let Some((i, j)) = twice {
+            let value = format!("the same three vertices as face {i}");
+            return Err(of_face(j as usize, value, "each face once"));
+        }
         match group {
-            [(_, i, _), (_, j, _), ..] if doubled(faces[*i as usize], faces[*j as usize]) => {
-                return Err(of_face(
-                    *j as usize,
-                    format!("the same three vertices as face {i}"),
-                    "each face once",
-                ));
-            }
             [(_, i, i_along), (_, j, j_along)] if i_along != j_along => {
                 let faces = if *i_along { [*i, *j] } else { [*j, *i] };
                 edges.push(Edge { ends: [u, v], faces });
