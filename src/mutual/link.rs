@@ -113,24 +113,26 @@ impl Link {
     }
 
     /// Whether the parts are nearer to each other than the rule in force holds.
-    #[inline]
+    #[inline(always)]
     pub fn too_near(&self, pose: &Pose) -> Option<TooNear> {
-        let valid_from = self.pair.valid_from();
         let separation = match &self.arms {
             None => pose.separation.norm(),
-            // Most parts are spheres or points, whose rules hold everywhere.
-            Some(_) if valid_from == 0.0 => return None,
             Some(arms) => arms.separation(pose).norm(),
         };
-        (!self.pair.covers(separation)).then_some(TooNear { separation, valid_from })
+        if self.pair.covers(separation) {
+            return None;
+        }
+        Some(TooNear { separation, valid_from: self.pair.valid_from() })
     }
 
     /// Force on the bodies' centres and torques about them, with the rule in force: the share of this link in the whole of the
     /// two bodies.
-    #[inline]
+    #[inline(always)]
     pub fn interaction(&self, pose: &Pose) -> Interaction {
-        let Some(arms) = &self.arms else { return self.pair.interaction(pose) };
-        arms.about_centres(pose, self.pair.interaction(&arms.pose(pose)))
+        match &self.arms {
+            None => self.pair.interaction(pose),
+            Some(arms) => arms.interaction(&self.pair, pose),
+        }
     }
 
     /// The share of this link in the potential energy per unit G m m.
@@ -147,8 +149,14 @@ impl Link {
 }
 
 impl Arms {
+    /// Out of the way of ordinary bodies, which have no arms.
+    #[inline(never)]
+    fn interaction(&self, pair: &Pair, pose: &Pose) -> Interaction {
+        self.about_centres(pose, pair.interaction(&self.pose(pose)))
+    }
+
     /// The vector from the first part's centre to the second's.
-    #[inline]
+    #[inline(never)]
     fn separation(&self, pose: &Pose) -> Vec3 {
         let mut separation = pose.separation;
         if let Some(place) = &self.places[0] {

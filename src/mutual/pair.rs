@@ -155,6 +155,7 @@ impl Pair {
     }
 
     /// Force and torques with the rule in force.
+    #[inline]
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         let f = self.scaled_interaction(&self.scaled(pose));
         Interaction {

@@ -133,7 +133,8 @@ impl Body {
 enum Description {
     Ordinary {
         name: String,
-        #[serde(rename = "semi_axes")]
+        // Without this an absent shape would be that of a point.
+        #[serde(rename = "semi_axes", deserialize_with = "Shape::deserialize")]
         shape: Shape,
         mass: f64,
     },

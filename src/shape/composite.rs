@@ -98,7 +98,9 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
         Err(Error::invalid(format!("moments of inertia of {name}"), found, expected))
     };
     if !inertia.iter().all(|moment| *moment > ROUNDING * size && moment.is_finite()) {
-        return refuse("finite numbers above zero: parts with extent, or points that are not on one line");
+        return refuse(
+            "finite numbers above zero: parts with extent or points that are not on one line, and no void beside them",
+        );
     }
     if 2.0 * largest - inertia.sum() > ROUNDING * size {
         return refuse("none above the sum of the other two: the voids take away more than there is");

@@ -13,6 +13,7 @@ PUBLISHED = [
     "antiope",
     "didymos",
     "didymos_after_dart",
+    "dinkinesh",
     "fg3_1996",
     "patroclus_menoetius",
     "pluto_charon",
@@ -88,6 +89,7 @@ PRINTED = {
         "semi-axes of Didymos (naidu2024)": "0.394, 0.394, 0.29 +- 0.011, 0.011, 0.016 km",
         "apsidal precession (not used)": "6.7 +- 0.2 deg/day",
     },
+    "dinkinesh": {"effective diameter of Dinkinesh": "719 m", "orbital period": "52.67 +- 0.04 h"},
     "antiope": {"refined density (not used)": "1.28 +- 0.04 g/cm^3"},
     "fg3_1996": {
         "diameter of the primary": "1.69 +- 0.18, 0.12 km",
@@ -201,8 +203,10 @@ def test_systems_in_other_units(name):
     assert make(units=("km", "hour", "kg")) == (usual, start)
     assert (system.epoch, system.frame) == (usual.epoch, usual.frame)
     for body, other in zip(system.bodies, usual.bodies, strict=True):
-        assert (body.mass.unit, body.shape.semi_axes[0].unit) == (u.t, u.m)
-        np.testing.assert_allclose((body.density / other.density).to_value(""), 1.0, rtol=1e-14)
+        solids = [part.shape for part in getattr(body.shape, "parts", ())] or [body.shape]
+        assert body.mass.unit == u.t
+        assert {solid.semi_axes[0].unit for solid in solids} == {u.m}
+        np.testing.assert_allclose((body.inertia / other.inertia).to_value(""), 1.0, rtol=1e-14)
     assert state.position.unit == u.m
     for one, other in (
         (state.position, start.position),
@@ -384,7 +388,13 @@ def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
 
 @pytest.mark.parametrize(
     ("name", "period"),
-    [("didymos", 11.921473), ("fg3_1996", 16.1508), ("antiope", 16.505112), ("pluto_charon", 24 * 6.3872273)],
+    [
+        ("didymos", 11.921473),
+        ("dinkinesh", 52.67),
+        ("fg3_1996", 16.1508),
+        ("antiope", 16.505112),
+        ("pluto_charon", 24 * 6.3872273),
+    ],
 )
 def test_round_orbits_keep_the_published_period(name, period):
     system, state = getattr(systems, name)()
@@ -412,6 +422,23 @@ def test_dimorphos_with_a_tilt():
     assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
     with pytest.raises(fullbody.InvalidInput, match="tilt of Dimorphos is nan"):
         systems.didymos_after_dart(tilt=float("nan"))
+
+
+def test_dinkinesh():
+    system, state = systems.dinkinesh()
+    # Levison et al. (2024): effective diameters of the lobes of 212 +- 21 and 234 +- 23 m; 2.8e10 kg, by Wikipedia.
+    inner, outer = system["Selam"].shape.parts
+    for part, diameter, uncertainty in ((inner, 212.0, 21.0), (outer, 234.0, 23.0)):
+        assert abs(2000.0 * np.cbrt(np.prod(part.shape.semi_axes)) - diameter) < uncertainty
+    np.testing.assert_allclose(system.masses[1], 2.8e10, rtol=0.03)
+    np.testing.assert_allclose([inner.density, outer.density], system["Dinkinesh"].density, rtol=1e-14)
+    assert abs(orbit(system, state).a - 3.11) < 0.05
+    # The inner lobe is the nearer one to Dinkinesh, and retrograde all of it.
+    frame = system["Selam"].working_frame
+    inwards = frame.position[0] + inner.position[0]
+    toward = state.position[0] - state.position[1]
+    assert inwards * (state.rotation_matrix[1][:, 0] @ toward) > 0.0
+    assert orbit_pole(state)[1] < -80
 
 
 def test_fg3():

@@ -1,4 +1,5 @@
 //! The Rust tests, one binary. Expected values come from elsewhere than the code.
+mod composite;
 mod contact;
 mod doors;
 mod dynamics;

@@ -179,7 +179,10 @@ class Simulation:
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
-        """The quadrature in force for each pair: bodies, the one integrated over, number of points, order."""
+        """The quadrature in force for each pair: bodies, the one integrated over, number of points, order.
+
+        Of composites, for each pair of parts, in the order of the parts.
+        """
         names = self._system.names
         return [
             {"pair": (names[i], names[j]), "integrated": names[k], "points": points, "order": order}

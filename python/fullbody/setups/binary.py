@@ -15,7 +15,7 @@ from ..model.state import State
 from ..motion.simulation import System
 from . import doubts
 from .attraction import circular_orbit
-from .component import Component
+from .component import Component, body_of, has_units
 from .masses import Found, Known, known_from, solve
 from .mean_period import start_with_period
 from .start import Orbit, Start
@@ -225,7 +225,8 @@ def _units_and_gravity(
     """The units of the system and its gravitational constant in them."""
     if G is None and not units:
         given = (*given, *(getattr(component, name) for component in components for name in _WITH_UNITS))
-        if any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given):
+        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given)
+        if named or any(map(has_units, components)):
             raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
     convert = Units(units)
@@ -247,8 +248,7 @@ def _bodies(components: tuple[Component, Component], masses: tuple[float, float]
     bodies = []
     for component, mass in zip(components, masses, strict=True):
         # A mass without a unit beside sizes without one, so that the density makes sense.
-        value = convert.attach(mass, "mass") if is_quantity(component.shape.a) else mass
-        bodies.append(Body(component.shape, mass=value, name=component.name))
+        bodies.append(body_of(component, convert.attach(mass, "mass") if has_units(component) else mass))
     return bodies
 
 

@@ -15,6 +15,8 @@ from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
+from ..model.bodies import Body
+from ..model.composite import Composite
 from ..model.shapes import Ellipsoid
 
 __all__ = ["Component"]
@@ -28,7 +30,8 @@ class Component(ArrayFields, Tabled):
     Parameters
     ----------
     semi_axes : (a, b, c), optional
-        The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters`` and ``diameter``.
+        The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters``, ``diameter`` and
+        ``composite``.
     diameters : (2a, 2b, 2c), optional
         Whole axes instead of half ones.
     diameter : float or Quantity, optional
@@ -37,6 +40,9 @@ class Component(ArrayFields, Tabled):
         The ratios of neighbouring axes, beside ``diameter``; one and one for a sphere. Models of light curves have
         these two. Where a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3, 1.6 /
         1.3)`` for a/b = 1.3 and a/c = 1.6.
+    composite : Composite, optional
+        A body of several parts, whose masses count in their proportion: the whole has the mass that is given or
+        follows. It takes no density, and a binary with one no ``equal_density``.
     mass, density : float or Quantity, optional
         At most one of the two. Without either the mass follows from what is known of the binary.
     rotation_period : float or Quantity, optional
@@ -70,12 +76,21 @@ class Component(ArrayFields, Tabled):
     rotation_angle: Any = 0.0
     name: str | None = None
     tilt: Any = 0.0
+    composite: Composite | None = None
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
-        sizes = [size for size in (self.semi_axes, self.diameters, self.diameter) if size is not None]
-        if len(sizes) != 1:
-            raise InvalidInput(f"{called} has {len(sizes)} of semi_axes, diameters, diameter; expected one of them")
+        shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
+        given = sum(shape is not None for shape in shapes)
+        if given != 1:
+            expected = "semi_axes, diameters, diameter, composite; expected one of them"
+            raise InvalidInput(f"{called} has {given} of {expected}")
+        if self.composite is not None and not isinstance(self.composite, Composite):
+            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected a Composite")
+        if self.composite is not None and self.density is not None:
+            raise InvalidInput(
+                f"{called} is given a density, and is a composite; expected a mass, or what it follows from"
+            )
         ratios = numbers(self.axis_ratios, f"axis_ratios of {called}")
         if ratios.shape != (2,) or not (np.isfinite(ratios) & (ratios > 0.0)).all():
             raise InvalidInput(f"axis_ratios of {called} are {self.axis_ratios}; expected two numbers above zero")
@@ -105,19 +120,38 @@ class Component(ArrayFields, Tabled):
         for part in fields(self):
             value = getattr(self, part.name)
             if part.name != "name" and not same(value, part.default):
+                if isinstance(value, Composite):
+                    rows.append(("composite", f"{len(value.parts)} parts"))
+                    continue
                 shown = [number(x) for x in value] if np.ndim(value) or isinstance(value, tuple) else [number(value)]
                 rows.append((part.name.replace("_", " "), ", ".join(shown)))
         return (Table("Component" if self.name is None else f"Component {self.name}", (), rows),)
 
     @property
-    def shape(self) -> Ellipsoid:
-        """The ellipsoid."""
+    def shape(self) -> Ellipsoid | Composite:
+        """The ellipsoid, or the composite."""
+        if self.composite is not None:
+            return self.composite
         if self.diameter is not None:
             first, second = self.axis_ratios
             b = self.diameter / 2 * (second / first) ** (1 / 3)
             return Ellipsoid(b * first, b, b / second)
         a, b, c = self.semi_axes if self.semi_axes is not None else (d / 2 for d in self.diameters)
         return Ellipsoid(a, b, c)
+
+
+def has_units(component: Component) -> bool:
+    """Whether the sizes are Quantities."""
+    if component.composite is not None:
+        return any(is_quantity(value) for value, _ in component.composite._numbers().values())
+    return is_quantity(component.shape.semi_axes)  # type: ignore[union-attr]
+
+
+def body_of(component: Component, mass: Any) -> Body:
+    """The component as a body of this mass."""
+    if component.composite is not None:
+        return Body(component.composite.with_mass(mass), name=component.name)
+    return Body(component.shape, mass=mass, name=component.name)
 
 
 def _three(values: Any, what: str) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from ..base.units import Units, numbers, scalar
 from ..errors import InvalidInput
 from ..model.bodies import Body
+from ..model.composite import Composite
 from .component import Component
 
 
@@ -74,7 +75,12 @@ def known_from(
     volumes, masses = [], []
     for place, component in enumerate(components):
         called = component.name if component.name is not None else f"body {place}"
-        volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
+        if isinstance(component.shape, Composite):
+            if equal_density:
+                raise InvalidInput(f"equal_density is given, and {called} is a composite; expected mass_ratio")
+            volume = np.nan
+        else:
+            volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
         density = plain(component.density, "density", f"density of {called}")
         volumes.append(volume)
         masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)

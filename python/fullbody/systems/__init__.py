@@ -12,6 +12,7 @@ in the source itself.
 :func:`case2`               their case 2, two spheroids that spin like tops, dimensionless
 :func:`didymos`             (65803) Didymos and Dimorphos before the impact of DART
 :func:`didymos_after_dart`  the same after the impact and the weeks that followed
+:func:`dinkinesh`           (152830) Dinkinesh and Selam, a satellite of two lobes
 :func:`fg3_1996`            (175706) 1996 FG3, with axis ratios to choose
 :func:`patroclus_menoetius` (617) Patroclus and Menoetius, a Trojan pair of almost equal bodies
 :func:`antiope`             (90) Antiope, a main-belt pair of almost equal bodies a diameter apart
@@ -31,6 +32,7 @@ Examples
 from ._published import Published, Value, published
 from .antiope import antiope
 from .didymos import didymos, didymos_after_dart
+from .dinkinesh import dinkinesh
 from .fg3 import fg3_1996
 from .ho2021 import case1, case2, kw4, kw4_ho2021
 from .patroclus import patroclus_menoetius
@@ -45,6 +47,7 @@ __all__ = [
     "case2",
     "didymos",
     "didymos_after_dart",
+    "dinkinesh",
     "fg3_1996",
     "kw4",
     "kw4_ho2021",

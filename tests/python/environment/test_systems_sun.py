@@ -8,7 +8,7 @@ from astropy import units as u
 from fullbody import forces, systems
 
 AU = 149597870.7
-BINARIES = ("didymos", "didymos_after_dart", "fg3_1996", "patroclus_menoetius", "antiope", "sn263_2001")
+BINARIES = ("didymos", "didymos_after_dart", "dinkinesh", "fg3_1996", "patroclus_menoetius", "antiope", "sn263_2001")
 
 
 def sun(system, time=0.0):

@@ -61,8 +61,11 @@ fn no_allocation() {
     let (focal, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut settings = *focal.settings();
     settings.order = Some(fullbody::quadrature::Order { gauss: 12, angles: 24 });
-    let focal = fullbody::dynamics::System::new(focal.bodies().to_vec(), 1.0, settings).unwrap();
-    for (system, state) in [multipole, angles, (focal, state), triple()] {
+    let fixed = |system: &fullbody::dynamics::System| {
+        fullbody::dynamics::System::new(system.bodies().to_vec(), 1.0, settings).unwrap()
+    };
+    let (binary, start) = contact_binary();
+    for (system, state) in [multipole, angles, (fixed(&focal), state), (fixed(&binary), start), triple()] {
         for integrator in all(1e-10, 0.02) {
             let Ok(mut simulation) = Simulation::new(&system, &state, integrator) else { continue };
             (0..5).for_each(|_| simulation.step(100.0, &mut Patience::endless()).unwrap());

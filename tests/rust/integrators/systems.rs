@@ -6,7 +6,7 @@ use fullbody::integrate::{Scheme, Tolerance};
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
 use fullbody::patience::Patience;
-use fullbody::shape::{Body, Shape};
+use fullbody::shape::{Body, GivenPart, Shape};
 use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
 use std::ops::ControlFlow;
 
@@ -26,6 +26,24 @@ pub fn relative(r: Vec3, v: Vec3, share: f64) -> State {
     let position = vec![-share * r, (1.0 - share) * r];
     let velocity = vec![-share * v, (1.0 - share) * v];
     State::new(0.0, position, velocity, still, vec![Vec3::zeros(); 2]).unwrap()
+}
+
+/// The same orbit with a first body of two parts and a void.
+pub fn contact_binary() -> (System, State) {
+    let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+    let part = |axes, mass, position| GivenPart {
+        shape: Shape::ellipsoid(axes).unwrap(),
+        mass,
+        position,
+        attitude: [0.9, 0.1, -0.2, 0.3],
+    };
+    let parts = vec![
+        part([0.3, 0.25, 0.2], 0.6, [0.2, 0.0, 0.0]),
+        part([0.2, 0.2, 0.1], 0.25, [-0.2, 0.1, 0.0]),
+        part([0.1, 0.1, 0.05], -0.05, [0.2, 0.0, 0.05]),
+    ];
+    let bodies = vec![Body::composite("A", parts).unwrap(), system.bodies()[1].clone()];
+    (System::new(bodies, 1.0, *system.settings()).unwrap(), state)
 }
 
 /// Two triaxial bodies on an eccentric orbit, turning about no special axes.

@@ -1,0 +1,193 @@
+//! Bodies of several parts: principal frames, links, contact, pulls, descriptions.
+
+use crate::support::*;
+use fullbody::gravity::{BodyPull, ExteriorField};
+use fullbody::math::lanes::VectorPath;
+use fullbody::math::{Mat3, Vec3};
+use fullbody::mutual::{Foreseen, Interaction, Link, Method, Pose};
+use fullbody::shape::{Body, GivenPart, Meeting, Shape, growth};
+use proptest::prelude::*;
+
+const STILL: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+
+fn part(axes: [f64; 3], mass: f64, position: [f64; 3]) -> GivenPart {
+    GivenPart { shape: Shape::ellipsoid(axes).unwrap(), mass, position, attitude: STILL }
+}
+
+/// A ball with a thin arm: the arm's end is far from the centre of mass.
+fn club() -> Body {
+    let parts = vec![part([1.0; 3], 5.0, [0.0; 3]), part([0.4, 0.2, 0.1], 0.05, [3.0, 0.0, 0.0])];
+    Body::composite("club", parts).unwrap()
+}
+
+fn links(bodies: [&Body; 2], method: Method) -> Vec<Link> {
+    let [first, second] = Link::parts_of(bodies, method);
+    let arch = VectorPath::Auto.arch().unwrap();
+    let parts = (0..first).flat_map(|a| (0..second).map(move |b| [a, b]));
+    parts.map(|parts| Link::new(bodies, parts, method, 1e-14, None, arch)).collect()
+}
+
+fn about_z(angle: f64) -> Mat3 {
+    rotation_about(&Vec3::z(), angle)
+}
+
+/// The distance that counts is that of the parts: it changes as the bodies turn.
+#[test]
+fn whether_a_rule_holds_is_asked_of_the_parts() {
+    let stone = Body::with_mass("stone", Shape::ellipsoid([0.5, 0.3, 0.2]).unwrap(), 0.3).unwrap();
+    let (club, straight) = (club(), Mat3::identity());
+    let at = |angle| Pose {
+        separation: Vec3::new(0.0, 4.2, 0.0),
+        rotation_first: about_z(angle),
+        rotation_second: straight,
+    };
+    let foreseen = |turn| Foreseen { reach: 4.2, turns: [turn, 0.0], growth: f64::INFINITY };
+    let mut arm = links([&club, &stone], Method::Focal).swap_remove(1);
+    arm.prepare(&at(-0.3), Some(&foreseen(0.0))).unwrap();
+    assert!(arm.too_near(&at(-0.3)).is_none());
+    // Turned up, the arm's end is 1.2 from the stone instead of 4.9 and more.
+    let near = arm.too_near(&at(1.5)).unwrap();
+    close(
+        near.separation,
+        (at(1.5).separation - about_z(1.5) * Vec3::x() * club.parts()[1].position().x).norm(),
+        1e-12,
+    );
+    assert!(near.separation < near.valid_from);
+    // Where the turn is foreseen the rule holds on all the way that it was made for.
+    arm.prepare(&at(0.3), Some(&foreseen(0.7))).unwrap();
+    for angle in [0.3, 0.5, 0.8, 1.0] {
+        assert!(arm.too_near(&at(angle)).is_none(), "{angle}");
+    }
+}
+
+/// Sums over links in the order of the parts.
+fn total(links: &mut [Link], pose: &Pose) -> (Interaction, f64) {
+    let zero = Interaction {
+        force_on_first: Vec3::zeros(),
+        torque_first: Vec3::zeros(),
+        torque_second: Vec3::zeros(),
+    };
+    links.iter_mut().fold((zero, 0.0), |(sum, energy), link| {
+        link.prepare(pose, None).unwrap();
+        let f = link.interaction(pose);
+        let sum = Interaction {
+            force_on_first: sum.force_on_first + f.force_on_first,
+            torque_first: sum.torque_first + f.torque_first,
+            torque_second: sum.torque_second + f.torque_second,
+        };
+        (sum, energy + link.potential_energy(pose))
+    })
+}
+
+proptest! {
+    #![proptest_config(cases(24))]
+
+    /// The force is the energy's gradient, and both torques balance the force's lever, by every method.
+    #[test]
+    fn force_torque_and_energy_belong_together(a in turn(), b in turn(), direction in direction(), distance in 5.5..40.0f64) {
+        let two = vec![part([0.9, 0.7, 0.5], 1.0, [0.7, 0.1, 0.0]), part([0.3, 0.2, 0.2], -0.1, [0.5, 0.1, 0.0])];
+        let bodies = [club(), Body::composite("two", two).unwrap()];
+        let pose = Pose { separation: direction * distance, rotation_first: a, rotation_second: b };
+        for method in [Method::Focal, Method::Surface, Method::Multipole(6)] {
+            let mut links = links([&bodies[0], &bodies[1]], method);
+            prop_assert_eq!(links.len(), 4);
+            let (f, _) = total(&mut links, &pose);
+            let size = f.force_on_first.norm();
+            let balance = a * f.torque_first + b * f.torque_second - pose.separation.cross(&f.force_on_first);
+            prop_assert!(balance.norm() < 1e-13 * size * distance, "{method}: {balance}");
+            let step = 1e-4 * distance;
+            let along = |way: f64, axis: Vec3| {
+                let moved = Pose { separation: pose.separation + axis * (way * step), ..pose };
+                links.iter().map(|link| link.potential_energy(&moved)).sum::<f64>()
+            };
+            for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
+                let slope = (8.0 * (along(1.0, axis) - along(-1.0, axis)) - (along(2.0, axis) - along(-2.0, axis))) / (12.0 * step);
+                prop_assert!((slope - f.force_on_first.dot(&axis)).abs() < 1e-9 * size, "{method}: {slope}");
+            }
+        }
+    }
+
+    /// The least growth of all pairs of parts, those inside others too.
+    #[test]
+    fn contact_is_of_the_nearest_parts(a in turn(), b in turn(), direction in direction(), distance in 1.0..12.0f64) {
+        let mut given = vec![part([1.0, 0.6, 0.4], 2.0, [1.3, 0.0, 0.0]), part([0.8, 0.7, 0.6], 1.0, [-1.0, 0.3, 0.2])];
+        given.push(part([0.1, 0.2, 0.1], -0.01, [1.2, 0.1, 0.0]));
+        let body = Body::composite("body", given).unwrap();
+        prop_assert_eq!(body.outer_parts().count(), 2);
+        let separation = direction * distance;
+        let found = Meeting::of([&body, &body], &separation, [&a, &b]).unwrap();
+        let mut least = f64::INFINITY;
+        for first in body.parts() {
+            for second in body.parts() {
+                let r = separation + b * second.position() - a * first.position();
+                least = least.min(growth(&first.shape, &second.shape, &r, &(a * first.rotation()), &(b * second.rotation())).factor);
+            }
+        }
+        prop_assert_eq!(found.overlap, least < 1.0);
+        if found.factor < 2.0 {
+            close(found.factor, least, 1e-12);
+        } else {
+            prop_assert!(found.factor <= least * (1.0 + 1e-12) && least > 1.0);
+        }
+        prop_assert!(distance < 2.0 * body.circumradius() || !found.overlap);
+    }
+
+    /// As the exterior field less a point, where that keeps its digits.
+    #[test]
+    fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
+        let body = club();
+        let (field, mut pull) = (ExteriorField::new(&body, 1.0 / body.mass), BodyPull::new(&body).unwrap());
+        let x = direction * distance;
+        let g = field.field(&x).unwrap();
+        let (excess, moment) = pull.at(&x, distance.powi(-2), distance.powi(-3)).unwrap();
+        prop_assert!((excess - (g + x / distance.powi(3))).norm() < 2e-15 * g.norm());
+        prop_assert!((moment - x.cross(&g)).norm() < 3e-15 * g.norm() * distance);
+    }
+}
+
+#[test]
+fn a_description_makes_the_same_body() {
+    let text = serde_json::to_string(&club()).unwrap();
+    assert_eq!(serde_json::from_str::<Body>(&text).unwrap(), club());
+    assert!(
+        text.starts_with(r#"{"name":"club","parts":[{"semi_axes":[1.0,1.0,1.0],"mass":5.0,"position":[0.0"#),
+        "{text}"
+    );
+    let ordinary = Body::with_mass("ball", Shape::sphere(2.0).unwrap(), 3.0).unwrap();
+    let text = serde_json::to_string(&ordinary).unwrap();
+    assert_eq!(text, r#"{"name":"ball","semi_axes":[2.0,2.0,2.0],"mass":3.0}"#);
+    assert_eq!(serde_json::from_str::<Body>(&text).unwrap(), ordinary);
+    for damaged in [
+        r#"{"name":"club","parts":[]}"#,
+        r#"{"name":"club"}"#,
+        r#"{"name":"club","mass":3.0}"#,
+        r#"{"name":"club","parts":[{"semi_axes":null,"mass":1.0,"position":[0,0,0],"attitude":[1,0,0,0]}],"mass":3.0}"#,
+        r#"{"name":"club","parts":[{"semi_axes":[1,1,1],"mass":-1.0,"position":[0,0,0],"attitude":[1,0,0,0]}]}"#,
+        r#"{"name":"club","parts":[{"semi_axes":[1,1,1],"mass":1.0,"position":[0,0,0],"attitude":[0,0,0,0]}]}"#,
+        r#"{"name":"club","semi_axes":[1,1,1],"mass":-1.0}"#,
+    ] {
+        assert!(serde_json::from_str::<Body>(damaged).is_err(), "{damaged}");
+    }
+}
+
+#[test]
+fn numbers_that_make_no_body() {
+    let body = |parts| refusal(Body::composite("B", parts));
+    let ball = |mass, x| part([1.0; 3], mass, [x, 0.0, 0.0]);
+    for (text, parts) in [
+        ("number of parts of B is 0", vec![]),
+        ("mass of part 1 of B is 0", vec![ball(1.0, 0.0), ball(0.0, 0.0)]),
+        ("mass of part 0 of B is NaN", vec![ball(f64::NAN, 0.0)]),
+        ("position of part 0 of B, component 0, is inf", vec![ball(1.0, f64::INFINITY)]),
+        ("mass of B, the sum of its parts', is -1", vec![ball(1.0, 0.0), ball(-2.0, 0.0)]),
+        ("moments of inertia of B is [-", vec![ball(1.0, 0.0), part([2.0; 3], -0.9, [0.0; 3])]),
+        // A needle of voids in a disc: more moment about z than about x and y together.
+        (
+            "none above the sum of the other two",
+            vec![part([2.0, 2.0, 0.1], 2.0, [0.0; 3]), part([0.1, 0.1, 2.0], -0.3, [0.0; 3])],
+        ),
+    ] {
+        let found = body(parts);
+        assert!(found.contains(text), "{found}");
+    }
+}
