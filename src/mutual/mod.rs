@@ -8,6 +8,7 @@
 //! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one and a part of the other, with
 //! their places in the bodies. Each has its own rule.
 
+mod attractor;
 mod choice;
 mod faceted;
 mod faces;
@@ -20,10 +21,11 @@ mod rule;
 mod sampled;
 mod surface;
 
+pub use attractor::BodyGravity;
 pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;
 pub use multipole::Multipole;
-pub use pair::{BodyGravity, Pair};
+pub use pair::Pair;
 pub use rule::{Rule, RuleMemory};
 
 use crate::math::{Mat3, Vec3};

@@ -1,77 +1,14 @@
 //! A pair of parts with a method, evaluated with the rule in force.
 
 use super::rule::{Carrier, Kernel, NodeStore, Rule};
-use super::{Balance, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface};
-use crate::error::{Error, Result};
-use crate::gravity::{Facets, FarSeries, FieldKernel, Layer};
-use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
+use super::{
+    Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
+};
+use crate::gravity::FieldKernel;
+use crate::math::Vec3;
 use crate::quadrature::Order;
-use crate::shape::{Ellipsoid, Polyhedron, Shape, growth};
+use crate::shape::{Shape, growth};
 use pulp::Arch;
-use std::sync::Arc;
-
-/// What of a part's gravity does not depend on the state.
-#[derive(Debug, Clone)]
-pub struct BodyGravity {
-    pub(super) name: String,
-    pub(super) shape: Shape,
-    canonical: Mat3,
-    pub(super) series: FarSeries,
-    /// Of a polyhedron in a pair.
-    pub(super) facets: Option<Arc<Facets>>,
-}
-
-impl BodyGravity {
-    /// Precomputes for a shape; the name is for errors.
-    pub fn new(name: &str, shape: &Shape) -> Self {
-        let canonical = match shape {
-            Shape::Ellipsoid(e) => e.canonical(),
-            Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
-        };
-        let series = FarSeries::new(shape);
-        Self { name: name.to_owned(), shape: shape.clone(), canonical, series, facets: None }
-    }
-
-    /// The same in units of `unit`, with a polyhedron's facets.
-    fn in_unit(&self, unit: f64) -> Self {
-        let mut scaled = Self::new(&self.name, &self.shape.scaled(1.0 / unit));
-        scaled.facets = scaled.polyhedron().map(|polyhedron| Arc::new(Facets::new(polyhedron, 1.0)));
-        scaled
-    }
-
-    pub(super) fn polyhedron(&self) -> Option<&Polyhedron> {
-        match &self.shape {
-            Shape::Polyhedron(polyhedron) => Some(polyhedron),
-            _ => None,
-        }
-    }
-
-    /// A polyhedron's layer of a degree.
-    pub(super) fn layer(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Arc<Layer>> {
-        let Some(polyhedron) = self.polyhedron() else {
-            return Err(Error::invalid(&self.name, "without faces", "a polyhedron"));
-        };
-        Layer::new(polyhedron, degree, arch, patience).map(Arc::new)
-    }
-
-    pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
-        match &self.shape {
-            Shape::Ellipsoid(e) => Some(e),
-            Shape::Polyhedron(_) | Shape::Point => None,
-        }
-    }
-
-    /// Semi-axes in the canonical frame; zeros for a point.
-    fn semi_axes(&self) -> [f64; 3] {
-        self.ellipsoid().map_or([0.0; 3], Ellipsoid::sorted)
-    }
-
-    /// Semi-axes of the focal ellipse; zeros for a sphere or a point.
-    pub(super) fn focal_axes(&self) -> [f64; 2] {
-        self.ellipsoid().map_or([0.0; 2], Ellipsoid::focal_axes)
-    }
-}
 
 /// Two shapes and the method of their interaction. A pair of ordinary bodies is one of these; see [`super::Link`] for composites.
 #[derive(Debug, Clone)]

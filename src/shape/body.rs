@@ -1,6 +1,7 @@
 //! Bodies: one part or several.
 
-use super::composite::{Assembly, WorkingFrame};
+use super::composite::Assembly;
+use super::frame::WorkingFrame;
 use super::{GivenPart, Part, Shape};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;

@@ -13,7 +13,7 @@
 //! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with
 //! q = t w.B (A + t B)^-1 B w / w.B w its slope in ln t is -(1 - q) (1 + t h_B^2/h_A^2).
 
-use super::{Place, Shape, gap};
+use super::{Place, Shape, gap_between};
 use crate::error::{Error, Result};
 use crate::math::{Mat3, Vec3};
 
@@ -81,7 +81,7 @@ pub fn growth(
     if largest == 0.0 {
         return Growth { factor: 0.0, uncertainty: 0.0 };
     }
-    if let Some(gap) = gap([first, second], separation, [rotation_first, rotation_second]) {
+    if let Some(gap) = gap_between([first, second], separation, [rotation_first, rotation_second]) {
         return shrinkage(gap, separation.norm(), first.circumradius() + second.circumradius());
     }
     let scale = first.circumradius().max(second.circumradius());

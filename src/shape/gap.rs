@@ -13,7 +13,7 @@ use crate::math::{Mat3, Vec3};
 /// The gap between two shapes, negative where they overlap; `None` where neither is a polyhedron.
 ///
 /// `separation` runs from the first centre to the second; the matrices turn the shapes' frames into its frame.
-pub fn gap(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Option<f64> {
+pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Option<f64> {
     let [first, second] = rotations;
     // The spheres around both are a bound too.
     let spheres = separation.norm() - shapes[0].circumradius() - shapes[1].circumradius();

@@ -9,9 +9,8 @@
 //! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
 //! degree.
 
-use super::WorkingFrame;
-use super::composite::{principal_axes, quaternion};
 use super::distance::{between_triangles, point_to_triangle};
+use super::frame::{WorkingFrame, principal_axes, quaternion};
 use super::mesh::{Edge, check, solid_angle};
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result};

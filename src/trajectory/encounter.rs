@@ -15,7 +15,7 @@ use crate::integrate::{Segment, root};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::Pose;
 use crate::patience::Patience;
-use crate::shape::{Part, Place, Shape, gap, growth, normal, support};
+use crate::shape::{Part, Place, Shape, gap_between, growth, normal, support};
 use nalgebra::Rotation3;
 
 /// Half of the shortest interval, as a part of the piece. Between two places this near to each other even the tips of needles
@@ -258,7 +258,8 @@ impl<'a> Encounter<'a> {
     /// their gap in its middle.
     fn between_faces(&self, middle: &Basis, separation: &Vec3, speed: f64, half: f64) -> Verdict {
         let [(first, first_length), (second, second_length)] = [0, 1].map(|k| self.rotation(k, middle));
-        let Some(gap) = gap(self.shapes, separation, [&first, &second]).filter(|gap| *gap > 0.0) else {
+        let Some(gap) = gap_between(self.shapes, separation, [&first, &second]).filter(|gap| *gap > 0.0)
+        else {
             return Verdict::Unknown;
         };
         let turning = [self.turning(0, first_length, half), self.turning(1, second_length, half)];

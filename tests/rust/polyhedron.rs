@@ -7,7 +7,7 @@ use fullbody::math::lanes::{Lanes, VectorPath};
 use fullbody::math::logarithm::{angle, ln_one_plus};
 use fullbody::math::{Mat3, Vec3, triangle};
 use fullbody::patience::Patience;
-use fullbody::shape::{Polyhedron, Shape, gap};
+use fullbody::shape::{Polyhedron, Shape, gap_between};
 use pulp::{Arch, Scalar};
 
 /// A box of these sides from a corner.
@@ -237,7 +237,8 @@ fn gaps_are_distances() {
     let cube = Shape::Polyhedron(cuboid([-1.0; 3], [2.0; 3]));
     let ball = Shape::sphere(0.5).unwrap();
     let one = Mat3::identity();
-    let between = |other: &Shape, r: [f64; 3]| gap([&cube, other], &Vec3::from(r), [&one, &one]).unwrap();
+    let between =
+        |other: &Shape, r: [f64; 3]| gap_between([&cube, other], &Vec3::from(r), [&one, &one]).unwrap();
     close(between(&ball, [2.0, 0.3, 0.4]), 0.5, 1e-15);
     close(between(&ball, [2.0, 2.0, 0.4]), 2.0_f64.sqrt() - 0.5, 1e-15);
     close(between(&ball, [2.0, 2.0, 2.0]), 3.0_f64.sqrt() - 0.5, 1e-15);
@@ -249,7 +250,7 @@ fn gaps_are_distances() {
     assert!(between(&cube, [1.5, 0.3, 0.2]) < 0.0);
     let small = Shape::Polyhedron(cuboid([-0.1; 3], [0.2; 3]));
     assert!(between(&small, [0.2, 0.1, 0.0]) < 0.0);
-    assert!(gap([&small, &cube], &Vec3::new(0.2, 0.1, 0.0), [&one, &one]).unwrap() < 0.0);
+    assert!(gap_between([&small, &cube], &Vec3::new(0.2, 0.1, 0.0), [&one, &one]).unwrap() < 0.0);
     // Beside an ellipsoid the bound is below the distance, and has its sign.
     let egg = Shape::ellipsoid([0.9, 0.5, 0.3]).unwrap();
     let bound = between(&egg, [2.0, 0.0, 0.0]);

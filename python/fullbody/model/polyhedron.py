@@ -238,5 +238,5 @@ def _healed(vertices: _Numbers, faces: _Indices) -> tuple[_Numbers, _Indices]:
 
     mesh: Any = trimesh.Trimesh(vertices, faces, process=True, validate=True)
     mesh.fill_holes()
-    trimesh.repair.fix_normals(mesh, multibody=True)
+    mesh.fix_normals(multibody=True)
     return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)

@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
-from support import matrix, reference
+from support import DATA, matrix, reference
 
 CUBE = np.array([0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4]).reshape(6, 3)
 CUBE = np.concatenate([CUBE, [[2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5]]])
@@ -521,3 +521,53 @@ def test_what_is_not_done_is_refused():
 def test_bad_meshes_are_refused(vertices, faces, message):
     with pytest.raises(fullbody.InvalidInput, match=message):
         Polyhedron(vertices, faces)
+
+
+def test_gubas_polyhedra_are_read(tmp_path):
+    """Tables of vertices in metres and of faces turned anyhow, in other axes than the principal ones."""
+    text = (DATA / "peers" / "gubas_pair.cfg").read_text()
+    text = text.replace("Primary Shape Flag: 1", "Primary Shape Flag: 2")
+    path = tmp_path / "pair.cfg"
+    path.write_text(text)
+    with pytest.raises(fullbody.InvalidInput, match=r"line \d+: no file 'none' of a polyhedron"):
+        fullbody.read_gubas(path)
+    for name, file in (("Vertex", "vertices.csv"), ("Tetrahedron", "faces.csv")):
+        text = text.replace(f"Primary {name} File: none", f"Primary {name} File: {file}")
+    path.write_text(text)
+    q = np.array([np.cos(0.2), 0.0, 0.0, np.sin(0.2)])
+    corners = (CORNERS - 0.5) * [400.0, 300.0, 200.0] @ matrix(q).T
+    rows = [f"{k},{x!r},{y!r},{z!r}" for k, (x, y, z) in enumerate(corners.tolist())]
+    (tmp_path / "vertices.csv").write_text("\n".join(rows) + "\n")
+    faces = np.where(np.arange(12)[:, None] % 2, CUBE, CUBE[:, ::-1]) + 1
+    (tmp_path / "faces.csv").write_text("\n".join(f"{i},{j},{k},," for i, j, k in faces) + "\n")
+    with pytest.warns(UserWarning, match=r"turned by 22\.9 degrees"):
+        system, state = fullbody.read_gubas(path)
+    plain_path = tmp_path / "plain.cfg"
+    plain_path.write_text((DATA / "peers" / "gubas_pair.cfg").read_text())
+    plain, other = fullbody.read_gubas(plain_path)
+    primary = system.bodies[0]
+    close(primary.mass, primary.density * 0.4 * 0.3 * 0.2, 1e-13)
+    close(primary.inertia, primary.mass / 12.0 * np.array([0.13, 0.2, 0.25]), 1e-13)
+    # The vertices are where they were, and turn as they did.
+    close(state.rotation_matrix[0], other.rotation_matrix[0] @ matrix(q), 1e-14)
+    spin = other.rotation_matrix[0] @ other.spin[0]
+    close(state.rotation_matrix[0] @ state.spin[0], spin, 1e-14)
+    assert plain.bodies[1] == system.bodies[1]
+
+
+def test_sians_polyhedra_are_read(tmp_path):
+    pytest.importorskip("trimesh")
+    text = (DATA / "peers" / "sians_pair.txt").read_text()
+    plain, other = fullbody.read_sians(DATA / "peers" / "sians_pair.txt")
+    (tmp_path / "initial_values").mkdir()
+    write(tmp_path / "box.obj", box(1.0, 0.8, 0.6), "obj")
+    head, _, rest = text.partition("@ Semi")
+    line, _, rest = rest.partition("\n")
+    first, _, rest = rest.partition("\n")
+    path = tmp_path / "initial_values" / "pair.txt"
+    path.write_text(f"{head}@ Semi{line}\nbox.obj 0.5\n{rest}")
+    system, state = fullbody.read_sians(path)
+    close(system.bodies[0].shape.volume, 0.48 / 8.0, 1e-14)
+    assert system.bodies[1] == plain.bodies[1]
+    close(state.rotation_matrix, other.rotation_matrix, 1e-14)
+    close(state.spin, other.spin, 1e-14)
