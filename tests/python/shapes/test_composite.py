@@ -166,10 +166,15 @@ def test_a_degenerate_principal_frame_is_kept():
     for axis in np.eye(3):
         ends = [Part(Sphere(0.5), mass=m, position=3.0 * axis * m + (5.0, 6.0, 7.0)) for m in (1.0, 2.0)]
         close(attitude(ends), unturned, 0.0)
-    # About another axis: the shortest turn between the two.
-    tilt = 0.3
-    ends = [Part(Sphere(0.5), mass=1.0, position=(s * np.sin(tilt), 0.0, s * np.cos(tilt))) for s in (-1, 1)]
-    close(attitude(ends), np.array([np.cos(tilt / 2), 0.0, -np.sin(tilt / 2), 0.0]), 1e-15)
+    # About another axis: the shortest turn from there to the nearest axis of the working frame.
+    axis = np.array([0.36, -0.48, 0.8])
+    ends = [Part(Sphere(0.5), mass=1.0, position=s * axis) for s in (-1, 1)]
+    shortest = np.array([1.0 + axis[2], *np.cross(axis, [0.0, 0.0, 1.0])])
+    close(attitude(ends), shortest / np.linalg.norm(shortest), 1e-15)
+    across = np.array([0.8, 0.6, 0.0])
+    ring = [s * v for v in (across, np.cross(axis, across)) for s in (-1, 1)]
+    around = attitude([Part(Sphere(0.5), mass=1.0, position=place) for place in ring])
+    close(around, shortest / np.linalg.norm(shortest), 1e-15)
     # Different ones along the working frame's axes: whichever is the largest.
     for axes in ((1, 2, 3), (3, 2, 1), (2, 3, 1)):
         close(attitude([Part(Ellipsoid(*axes), mass=1.0)]), unturned, 0.0)
