@@ -76,7 +76,7 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside; collisions missed
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, polyhedra; collisions missed
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -84,6 +84,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/brouwer.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
+	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/head_on.py
 
 fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
