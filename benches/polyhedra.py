@@ -81,9 +81,8 @@ def interaction():
         pair.interactions(state)
         run = pair.integrate(state, 20.0)
         taken = best(lambda pair=pair: pair.integrate(state, 20.0), 3)
-        print(
-            f"interaction of {len(faces):6d} faces with an ellipsoid: {taken / run.statistics.evaluations * 1e6:6.1f} us"
-        )
+        each = taken / run.statistics.evaluations * 1e6
+        print(f"interaction of {len(faces):6d} faces with an ellipsoid: {each:6.1f} us")
 
 
 if __name__ == "__main__":

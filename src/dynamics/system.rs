@@ -106,19 +106,11 @@ impl System {
         }
         let faceted =
             bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
-        if let Some(body) = faceted {
-            let refuse = |what: &str, found: String, expected: &str| {
-                let beside = format!("{expected} beside {}, a polyhedron", body.name);
-                Err(Error::invalid(what, found, beside))
-            };
-            if let Some(order) = settings.order {
-                let found = format!("({}, {})", order.gauss, order.angles);
-                return refuse("order", found, "none: gravity_tolerance chooses the rules");
-            }
-            if let Method::Multipole(_) = settings.gravity {
-                let found = format!("\"{}\"", settings.gravity);
-                return refuse("gravity", found, "\"surface\", \"focal\" or \"point\"");
-            }
+        if let (Some(body), Some(order)) = (faceted, settings.order) {
+            let found = format!("({}, {})", order.gauss, order.angles);
+            let expected =
+                format!("none beside {}, a polyhedron: gravity_tolerance chooses the rules", body.name);
+            return Err(Error::invalid("order", found, expected));
         }
         let arch = settings.vector_path.arch().ok_or_else(|| {
             Error::invalid(

@@ -7,6 +7,7 @@ pub mod compensated;
 pub mod harmonics;
 pub mod lanes;
 pub mod logarithm;
+pub mod monomials;
 pub mod rotation;
 pub mod spline;
 pub mod triangle;

@@ -70,6 +70,15 @@ impl Pair {
     /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
     /// between steps. Gives the number of nodes that were evaluated in order to choose.
     pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<u64> {
+        if let Some(from) = self.diverges(pose) {
+            return Err(Error::NotConverged {
+                what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
+                detail: format!(
+                    "at separation {} the series of their moments diverges: it takes {from}, the sum of their circumscribed radii",
+                    pose.separation.norm()
+                ),
+            });
+        }
         if matches!(self.method, Method::Multipole(_) | Method::Point) {
             return Ok(0);
         }

@@ -10,6 +10,8 @@
 
 mod attractor;
 mod choice;
+mod derivatives;
+mod expansion;
 mod faceted;
 mod faces;
 mod link;

@@ -9,7 +9,10 @@
 //! d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay & Krasny (2001),
 //! J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
 
+use super::derivatives::Derivatives;
+use super::expansion::Expansion;
 use super::{Interaction, Method, Pose};
+use crate::math::monomials::{count, exponents, offset, position};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 
@@ -34,17 +37,32 @@ macro_rules! sized {
 pub struct Multipole {
     half: usize,
     squares: [Vec3; 2],
+    /// Of shapes other than ellipsoids and points.
+    general: Option<Box<Expansion>>,
 }
 
 impl Multipole {
     /// To total degree `degree`, even and at most [`Method::MAX_DEGREE`].
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
-        Self { half: (degree / 2).min(Method::MAX_DEGREE / 2), squares: [squares(first), squares(second)] }
+        let faceted = [first, second].iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
+        Self {
+            half: (degree / 2).min(Method::MAX_DEGREE / 2),
+            squares: [squares(first), squares(second)],
+            general: faceted.then(|| Box::new(Expansion::new(first, second, degree))),
+        }
+    }
+
+    /// The separation down to which the series converges, where shapes other than ellipsoids take part.
+    pub fn converges_from(&self) -> f64 {
+        self.general.as_ref().map_or(0.0, |general| general.reach)
     }
 
     /// Force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
+        if let Some(general) = &self.general {
+            return general.interaction(pose);
+        }
         let (spreads, scale) = self.scaled_spreads(pose);
         let (gradient, torques) = sized!(self.half, forces(&spreads, &(pose.separation / scale)));
         Interaction {
@@ -56,6 +74,9 @@ impl Multipole {
 
     /// The mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, pose: &Pose) -> f64 {
+        if let Some(general) = &self.general {
+            return general.mutual_potential(pose);
+        }
         let (spreads, scale) = self.scaled_spreads(pose);
         sized!(self.half, potential(&spreads, &(pose.separation / scale))) / scale
     }
@@ -185,81 +206,4 @@ fn times_quadratic<const MONOMIALS: usize>(
         }
     }
     out
-}
-
-/// All partial derivatives of 1/r at a point, up to a degree.
-struct Derivatives<const DERIVATIVES: usize> {
-    values: [f64; DERIVATIVES],
-}
-
-impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
-    fn new(x: &Vec3, degree: usize) -> Self {
-        let mut values = [0.0; DERIVATIVES];
-        let r2 = x.norm_squared();
-        values[0] = 1.0 / r2.sqrt();
-        for d in 1..=degree {
-            let n = d as f64;
-            for (i, j) in exponents(d) {
-                let e = [i, j, d - i - j];
-                let (mut one, mut two) = (0.0, 0.0);
-                for axis in 0..3 {
-                    let k = e[axis] as f64;
-                    if e[axis] >= 1 {
-                        one += k * x[axis] * values[index(lowered(e, axis, 1))];
-                    }
-                    if e[axis] >= 2 {
-                        two += k * (k - 1.0) * values[index(lowered(e, axis, 2))];
-                    }
-                }
-                values[index(e)] = -((2.0 * n - 1.0) * one + (n - 1.0) * two) / (n * r2);
-            }
-        }
-        Self { values }
-    }
-
-    fn contract(&self, p: &[f64], degree: usize) -> f64 {
-        let start = offset(degree);
-        p.iter().zip(&self.values[start..start + count(degree)]).map(|(c, t)| c * t).sum()
-    }
-
-    fn gradient(&self, p: &[f64], degree: usize) -> Vec3 {
-        let mut sum = Vec3::zeros();
-        for (c, (i, j)) in p.iter().zip(exponents(degree)) {
-            let l = degree - i - j;
-            sum.x += c * self.values[index([i + 1, j, l])];
-            sum.y += c * self.values[index([i, j + 1, l])];
-            sum.z += c * self.values[index([i, j, l + 1])];
-        }
-        sum
-    }
-}
-
-const fn count(degree: usize) -> usize {
-    (degree + 1) * (degree + 2) / 2
-}
-
-/// Monomials of all lower degrees.
-const fn offset(degree: usize) -> usize {
-    degree * (degree + 1) * (degree + 2) / 6
-}
-
-/// Place of x^i y^j z^(degree-i-j) among the monomials of its degree.
-const fn position(degree: usize, i: usize, j: usize) -> usize {
-    let rest = degree - i;
-    rest * (rest + 1) / 2 + (rest - j)
-}
-
-fn index(e: [usize; 3]) -> usize {
-    let degree = e[0] + e[1] + e[2];
-    offset(degree) + position(degree, e[0], e[1])
-}
-
-fn lowered(mut e: [usize; 3], axis: usize, by: usize) -> [usize; 3] {
-    e[axis] -= by;
-    e
-}
-
-/// Exponents (i, j) of the monomials of a degree, in the order of [`position`].
-fn exponents(degree: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..=degree).flat_map(move |rest| (0..=rest).map(move |l| (degree - rest, rest - l)))
 }

@@ -79,6 +79,12 @@ impl Pair {
         distance >= self.valid_from()
     }
 
+    /// The separation from which on the series converges, where it does not at a pose.
+    pub(super) fn diverges(&self, pose: &Pose) -> Option<f64> {
+        let from = self.multipole.as_ref().map_or(0.0, Multipole::converges_from) * self.unit;
+        (pose.separation.norm() <= from).then_some(from)
+    }
+
     /// The separation from which on the shapes cannot touch, however they are turned.
     pub fn apart_from(&self) -> f64 {
         self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit

@@ -16,10 +16,13 @@ use super::tree::{Block, Tree};
 use crate::error::{Error, Result};
 use crate::math::harmonics::{self, WeightedHarmonics};
 use crate::math::lanes::BLOCK;
-use crate::math::{Mat3, Vec3, triangle};
+use crate::math::{Mat3, Vec3, monomials, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
 use std::sync::{Arc, Mutex};
+
+/// Highest degree of the monomials whose means are computed.
+const MOST_POWERS: usize = 16;
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal axes of inertia.
 /// Copies share what they are made of.
@@ -44,6 +47,8 @@ struct Solid {
     frame: WorkingFrame,
     /// The harmonic moments so far asked for.
     moments: Mutex<Arc<Vec<f64>>>,
+    /// The means of monomials so far asked for.
+    monomials: Mutex<Arc<Vec<f64>>>,
 }
 
 impl PartialEq for Polyhedron {
@@ -91,6 +96,7 @@ impl Polyhedron {
             volume,
             vertices,
             moments: Mutex::default(),
+            monomials: Mutex::default(),
         };
         Ok(Self { solid: Arc::new(solid), scale: 1.0 })
     }
@@ -211,6 +217,50 @@ impl Polyhedron {
             *kept = moments.clone();
         }
         Ok(moments)
+    }
+
+    /// Means over the solid of the monomials of x / circumradius up to a degree or higher, in the order of [`monomials::index`]. They
+    /// are kept.
+    pub fn monomial_means(&self, degree: usize) -> Arc<Vec<f64>> {
+        if let Ok(kept) = self.solid.monomials.lock()
+            && kept.len() >= monomials::offset(degree + 1)
+        {
+            return kept.clone();
+        }
+        let unit = 1.0 / self.circumradius();
+        let rule = triangle::rule(degree / 2 + 1);
+        let mut means = vec![0.0; monomials::offset(degree + 1)];
+        for face in 0..self.faces().len() {
+            let [a, b, c] = self.corners(face).map(|v| v * unit);
+            let solid = 0.5 * a.dot(&b.cross(&c));
+            for node in &rule {
+                let [i, j, k] = node.shares;
+                let x = a * i + b * j + c * k;
+                let mut powers = [[1.0; 3]; MOST_POWERS + 1];
+                for n in 0..degree {
+                    powers[n + 1] = [0, 1, 2].map(|axis| powers[n][axis] * x[axis]);
+                }
+                let mut sums = means.iter_mut();
+                for d in 0..=degree {
+                    for ((i, j), sum) in monomials::exponents(d).zip(&mut sums) {
+                        *sum += node.weight * solid * powers[i][0] * powers[j][1] * powers[d - i - j][2];
+                    }
+                }
+            }
+        }
+        let volume = self.volume() * unit.powi(3);
+        for d in 0..=degree {
+            means[monomials::offset(d)..monomials::offset(d + 1)]
+                .iter_mut()
+                .for_each(|m| *m /= (d + 3) as f64 * volume);
+        }
+        // The frame's origin is the centre of mass.
+        means.iter_mut().skip(1).take(3).for_each(|m| *m = 0.0);
+        let means = Arc::new(means);
+        if let Ok(mut kept) = self.solid.monomials.lock() {
+            *kept = means.clone();
+        }
+        means
     }
 
     fn moments_to(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {

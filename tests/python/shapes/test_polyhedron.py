@@ -217,6 +217,33 @@ def test_two_octahedra_have_the_interactions_of_a_volume_integral():
     close(found.torque, torques, 1e-14, scale=np.abs(force).max())
 
 
+@pytest.mark.parametrize("other", [octahedron(0.5, 0.4, 0.3), Ellipsoid(0.5, 0.4, 0.3), PointMass()], ids=repr)
+def test_the_mutual_expansion_converges_to_the_exact_interactions(other):
+    bodies = [Body(icosphere(0, (1.0, 0.9, 0.7)), mass=1.0, name="A"), Body(other, mass=2.0, name="B")]
+    bodies[0] = Body(Polyhedron(bodies[0].shape.vertices ** 3 + 0.3, bodies[0].shape.faces), mass=1.0, name="A")
+    state = pose([1.9, -2.4, 2.6])
+    exact = fullbody.System(bodies, G=1.0).interactions(state)
+    errors = []
+    for degree in (2, 4, 8, 12, 16):
+        found = fullbody.System(bodies, G=1.0, gravity=f"multipole:{degree}").interactions(state)
+        parts = [
+            found.force - exact.force,
+            found.torque - exact.torque,
+            found.potential_energy - exact.potential_energy,
+        ]
+        errors.append([np.abs(part).max() / np.abs(exact.force).max() for part in parts])
+    errors = np.array(errors)
+    assert (errors[1:3] < 0.2 * errors[:2]).all(), errors
+    assert (errors[-1] < 3e-14).all(), errors
+    near = pose([0.9, -0.9, 0.8])
+    with pytest.raises(fullbody.NotConverged, match=r"multipole:4 between A and B .* diverges"):
+        fullbody.System(
+            [Body(octahedron(1.0, 1.0, 1.0), mass=1.0, name="A"), Body(octahedron(0.9, 0.9, 0.9), mass=1.0, name="B")],
+            G=1.0,
+            gravity="multipole:4",
+        ).interactions(near)
+
+
 def focal_points(a, b, c, n=12, m=48):
     """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
     t, w = np.polynomial.legendre.leggauss(2 * n + 1)
@@ -563,7 +590,7 @@ def test_sians_polyhedra_are_read(tmp_path):
     write(tmp_path / "box.obj", box(1.0, 0.8, 0.6), "obj")
     head, _, rest = text.partition("@ Semi")
     line, _, rest = rest.partition("\n")
-    first, _, rest = rest.partition("\n")
+    _, _, rest = rest.partition("\n")
     path = tmp_path / "initial_values" / "pair.txt"
     path.write_text(f"{head}@ Semi{line}\nbox.obj 0.5\n{rest}")
     system, state = fullbody.read_sians(path)
