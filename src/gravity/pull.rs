@@ -118,15 +118,15 @@ pub struct PartPull {
 /// The pull of a part that is no point.
 #[derive(Debug, Clone)]
 enum Extended {
-    Ellipsoid(ExtendedPull),
-    Polyhedron(LayerPull),
+    Ellipsoid(Box<ExtendedPull>),
+    Polyhedron(Box<LayerPull>),
 }
 
 impl Extended {
     fn new(shape: &Shape) -> Option<Self> {
         match shape {
-            Shape::Polyhedron(polyhedron) => Some(Self::Polyhedron(LayerPull::new(polyhedron))),
-            _ => ExtendedPull::new(shape).map(Self::Ellipsoid),
+            Shape::Polyhedron(polyhedron) => Some(Self::Polyhedron(Box::new(LayerPull::new(polyhedron)))),
+            _ => ExtendedPull::new(shape).map(|pull| Self::Ellipsoid(Box::new(pull))),
         }
     }
 

@@ -110,7 +110,7 @@ fn flat_meets([p, q]: [Vec3; 2], triangle: &[Vec3; 3]) -> bool {
     let sides_meet = |u: &Vec3, v: &Vec3| {
         let [s, t, x, y] = [side(&p, &q, u), side(&p, &q, v), side(u, v, &p), side(u, v, &q)];
         // Those on one line are seen by their ends, which lie within the triangle's other sides or beyond them.
-        !(same_side(s, t) || same_side(x, y)) && !(s == 0.0 && t == 0.0)
+        !(same_side(s, t) || same_side(x, y) || s == 0.0 && t == 0.0)
     };
     inside(&p) || inside(&q) || sides_meet(a, b) || sides_meet(b, c) || sides_meet(c, a)
 }
