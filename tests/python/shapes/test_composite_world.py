@@ -129,6 +129,40 @@ def test_contact_of_a_swinging_arm(terminal, at):
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+def test_no_contact_of_an_arm_is_too_short_to_be_seen():
+    """Small balls at the ends of long arms that turn by up to three turns in one step, against the closed form."""
+    rng = np.random.default_rng(1)
+    for _ in range(120):
+        radius, arm, rate, step = (
+            10 ** rng.uniform(-2.5, -0.5),
+            rng.uniform(1, 4),
+            rng.uniform(0.3, 3),
+            rng.uniform(1, 6),
+        )
+        meeting, miss = rng.uniform(0.2, step), rng.uniform(-1, 1) * 1.99 * radius
+        velocity = rng.normal(size=3) * rng.choice([0.0, 0.3])
+        end = np.array([np.cos(rate * meeting), np.sin(rate * meeting), 0.0])
+        place = (arm + miss) * end - velocity * meeting
+
+        def gap(times, place=place, velocity=velocity, arm=arm, rate=rate, radius=radius):
+            """To the nearest of the three balls."""
+            ball = place + np.multiply.outer(times, velocity)
+            tip = arm * np.stack([np.cos(rate * times), np.sin(rate * times), 0 * times], axis=-1)
+            to_tips = [np.linalg.norm(ball - sign * tip, axis=-1) - 2 * radius for sign in (-1, 1)]
+            return np.min([*to_tips, np.linalg.norm(ball, axis=-1) - 0.3 - radius], axis=0)
+
+        if gap(np.array(0.0)) < 0.0:
+            continue
+        parts = [*dumbbell(radius, arm), Part(Sphere(0.3), mass=0.2)]
+        integrator = fullbody.SymplecticSplitting(step / 1.001, "leapfrog")
+        with pytest.raises(fullbody.BodiesOverlap) as caught:
+            fly(parts, radius, place, velocity, (0, 0, rate), until=step, integrator=integrator)
+        found = caught.value.time
+        assert abs(gap(np.array(found))) < 1e-11
+        assert gap(np.linspace(0.0, found, 2000)[:-1]).min() > 0.0
+
+
+@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
 def test_a_ball_flies_between_two_others():
     """Through the circumscribed sphere, and the gap, without contact."""
     run = fly(dumbbell(), 0.5, (0.0, -10.0, 0.1), (0.0, 1.0, 0.0))
