@@ -5,10 +5,10 @@
 //! - [`error`]: what can go wrong, with body, time and value.
 //! - [`names`]: choices by name.
 //! - [`patience`]: when a long computation asks whether to go on.
-//! - [`math`]: Carlson's integrals, rotations, exact sums, lanes.
-//! - [`shape`]: ellipsoids and points: volume, inertia, overlap.
-//! - [`gravity`]: exterior potential and field of one body.
-//! - [`quadrature`]: surface and focal rule, and how many nodes reach a tolerance.
+//! - [`math`]: Carlson's integrals, rotations, exact sums, solid harmonics, lanes.
+//! - [`shape`]: ellipsoids, polyhedra and points, bodies of them: volume, inertia, overlap.
+//! - [`gravity`]: potential and field of one body.
+//! - [`quadrature`]: surface and focal rule, faces and layers, and how many nodes reach a tolerance.
 //! - [`mutual`]: force, torques and energy of a pair, by method.
 //! - [`orbit`]: Kepler elements to and from Cartesian.
 //! - [`environment`]: third bodies, tides, radiation, a caller's own forces.

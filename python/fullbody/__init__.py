@@ -32,6 +32,7 @@ from .errors import (
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
 from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
 from .motion.loading import load
@@ -97,6 +98,7 @@ __all__ = [
     "NotConverged",
     "Part",
     "PointMass",
+    "Polyhedron",
     "PrecisionWarning",
     "Run",
     "Samples",

@@ -288,11 +288,7 @@ impl Splitting {
             Rejected::TooClose { bodies, separation, valid_from } => {
                 let [first, second] = bodies.map(|body| {
                     let body = &dynamics.system().bodies()[body];
-                    if body.working_frame().is_some() {
-                        format!("a part of {}", body.name)
-                    } else {
-                        body.name.clone()
-                    }
+                    if body.is_composite() { format!("a part of {}", body.name) } else { body.name.clone() }
                 });
                 format!(
                     "{first} and {second} come to a separation of {separation:.6e} in it, where the quadrature of their \

@@ -9,7 +9,7 @@ use crate::mutual::{Link, Method, Pose, Store};
 use crate::names::Named;
 use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, Meeting};
+use crate::shape::{Body, Meeting, Shape};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -105,6 +105,14 @@ impl System {
                 format!("({}, {})", order.gauss, order.angles),
                 "(n, m) with n from 1 to 512 and m from 1 to 1024",
             ));
+        }
+        let faceted =
+            bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
+        if let (Some(body), Some(order)) = (faceted, settings.order) {
+            let found = format!("({}, {})", order.gauss, order.angles);
+            let expected =
+                format!("none beside {}, a polyhedron: gravity_tolerance chooses the rules", body.name);
+            return Err(Error::invalid("order", found, expected));
         }
         let arch = settings.vector_path.arch().ok_or_else(|| {
             Error::invalid(

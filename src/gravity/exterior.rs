@@ -1,11 +1,12 @@
 //! Potential and field of one body at single points, with every input and result checked.
 
-use super::{FarSeries, FieldKernel, Near};
+use super::{Anywhere, FarSeries, FieldKernel, Near};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, VectorPath};
+use crate::patience::Patience;
 use crate::shape::{Body, Part, Place, Shape};
-use pulp::Scalar;
+use pulp::{Arch, Scalar};
 
 /// A body's exterior gravity in its own frame.
 #[derive(Debug, Clone)]
@@ -25,10 +26,15 @@ struct PartField {
     shape: Shape,
     place: Option<Place>,
     series: FarSeries,
+    /// Of a polyhedron, in the system's unit.
+    polyhedron: Option<Anywhere>,
 }
 
 /// Distance in units of the body beyond which all but the monopole is below round-off.
 const MONOPOLE_FROM: f64 = 1e9;
+
+/// Depth below a polyhedron's surface, in sizes of it, that counts as on the surface.
+const SURFACE: f64 = 1e-12;
 
 impl ExteriorField {
     /// The gravity of a body, with a gravitational constant.
@@ -36,12 +42,19 @@ impl ExteriorField {
         let field = |part: &Part| {
             let unit = part.shape.natural_unit();
             let shape = part.shape.scaled(1.0 / unit);
+            let arch = VectorPath::Auto.arch().unwrap_or(Arch::Scalar);
+            let polyhedron = match &part.shape {
+                // Endless patience has no end that would be an error.
+                Shape::Polyhedron(p) => Anywhere::new(p, arch, &mut Patience::endless()).ok(),
+                _ => None,
+            };
             PartField {
                 gm: gravitational_constant * part.mass,
                 unit,
                 series: FarSeries::new(&shape),
                 shape,
                 place: part.place,
+                polyhedron,
             }
         };
         Self { name: body.name.clone(), parts: body.parts().iter().map(field).collect(), inside: false }
@@ -99,6 +112,17 @@ impl ExteriorField {
 impl PartField {
     /// Phi and g at a point of the part's frame; what was expected where the point is inside.
     fn evaluate(&self, point: &Vec3, inside: bool) -> std::result::Result<(f64, Vec3), &'static str> {
+        if let (Some(polyhedron), Shape::Polyhedron(solid)) = (&self.polyhedron, &self.shape) {
+            let f = polyhedron.at(point);
+            // Of a point on the surface the angle may be anything.
+            if !inside
+                && f.solid_angle > 1.0
+                && solid.distance(&(point / self.unit)) > SURFACE * solid.circumradius()
+            {
+                return Err("a point outside or on the surface");
+            }
+            return Ok((self.gm * f.potential, self.gm * f.field));
+        }
         let x = point / self.unit;
         // The largest component is tried first: its square may overflow.
         let distance = x.amax() * (x / x.amax()).norm();

@@ -41,7 +41,8 @@ impl FarSeries {
     pub fn new(shape: &Shape) -> Self {
         let [a, b, c] = match shape {
             Shape::Ellipsoid(e) => e.sorted(),
-            Shape::Point => [0.0; 3],
+            // A polyhedron has no such series; nothing asks for it.
+            Shape::Polyhedron(_) | Shape::Point => [0.0; 3],
         };
         // Differences of squares as products: exact for nearly equal axes.
         let (ab, bc, ca) = ((a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a));

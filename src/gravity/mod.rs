@@ -1,4 +1,5 @@
-//! The exterior potential and field of one homogeneous ellipsoid, exact, at many points at a time.
+//! The potential and field of one homogeneous body, exact, at many points at a time: exterior of an ellipsoid,
+//! anywhere of a polyhedron ([`Facets`], and [`Layer`] far away).
 //!
 //! Takes points in the body's canonical frame (a >= b >= c) and gives, per unit GM, the potential Phi (positive) and
 //! the field g = grad Phi. With kappa the largest root of sum x_i^2/(a_i^2 + kappa) = 1 (the paper's `eq:kappa_eq`),
@@ -13,14 +14,22 @@
 //! Two ways to the same numbers: [`Far`], a power series in 1/(kappa + mean a^2) whose coefficients belong to the body,
 //! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
 
+mod anywhere;
 mod exterior;
 mod far;
+mod layer;
+mod layer_pull;
 mod near;
+mod polyhedral;
 mod pull;
 
+pub use anywhere::Anywhere;
 pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
+pub use layer::Layer;
+pub use layer_pull::LayerPull;
 pub use near::{Near, kappa};
+pub use polyhedral::{Facets, PolyhedralField};
 pub use pull::{BodyPull, ExtendedPull};
 
 use crate::math::lanes::{Lanes, dot};

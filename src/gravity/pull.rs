@@ -1,6 +1,6 @@
 //! How the pull of one body on a distant point differs from that of a point mass.
 
-use super::{FarCut, FarSeries, FieldKernel, Near};
+use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use crate::math::rotation::{turned, turned_back};
@@ -96,12 +96,12 @@ impl ExtendedPull {
     }
 }
 
-/// The same of a body: of an ordinary one that of its shape, of a composite the sum over its parts.
+/// The same of a body: of an ordinary one that of its shape, of a composite or a polyhedron the sum over its parts.
 #[derive(Debug, Clone)]
 pub enum BodyPull {
     /// Of one shape, in the body's own frame.
     Ordinary(Box<ExtendedPull>),
-    /// Of several parts.
+    /// Of several parts, or of a polyhedron.
     Composite(Vec<PartPull>),
 }
 
@@ -112,7 +112,30 @@ pub struct PartPull {
     share: f64,
     place: Place,
     radius: f64,
-    extended: Option<ExtendedPull>,
+    extended: Option<Extended>,
+}
+
+/// The pull of a part that is no point.
+#[derive(Debug, Clone)]
+enum Extended {
+    Ellipsoid(Box<ExtendedPull>),
+    Polyhedron(Box<LayerPull>),
+}
+
+impl Extended {
+    fn new(shape: &Shape) -> Option<Self> {
+        match shape {
+            Shape::Polyhedron(polyhedron) => Some(Self::Polyhedron(Box::new(LayerPull::new(polyhedron)))),
+            _ => ExtendedPull::new(shape).map(|pull| Self::Ellipsoid(Box::new(pull))),
+        }
+    }
+
+    fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+        match self {
+            Self::Ellipsoid(pull) => pull.at(x, inverse_square, inverse_cube),
+            Self::Polyhedron(pull) => pull.at(x, inverse_square, inverse_cube),
+        }
+    }
 }
 
 impl BodyPull {
@@ -120,6 +143,7 @@ impl BodyPull {
     pub fn new(body: &Body) -> Option<Self> {
         if let [part] = body.parts()
             && part.place.is_none()
+            && !matches!(part.shape, Shape::Polyhedron(_))
         {
             return ExtendedPull::new(&part.shape).map(|pull| Self::Ordinary(Box::new(pull)));
         }
@@ -127,7 +151,7 @@ impl BodyPull {
             share: part.mass / body.mass,
             place: Place { position: part.position(), rotation: part.rotation() },
             radius: part.shape.circumradius(),
-            extended: ExtendedPull::new(&part.shape),
+            extended: Extended::new(&part.shape),
         });
         Some(Self::Composite(parts.collect()))
     }

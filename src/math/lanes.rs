@@ -77,6 +77,16 @@ impl<S: Simd> Lanes<S> {
         Self { simd, raw: [simd.splat_f64s(value); INTERLEAVED] }
     }
 
+    /// How many of these make up [`BLOCK`] doubles.
+    pub const PER_BLOCK: usize = BLOCK / (INTERLEAVED * S::F64_LANES);
+
+    /// The block with this number of a slice of whole blocks.
+    #[inline(always)]
+    pub fn load(simd: S, values: &[f64], block: usize) -> Self {
+        let (registers, _) = S::as_simd_f64s(values);
+        Self { simd, raw: registers.as_chunks::<INTERLEAVED>().0[block] }
+    }
+
     /// The blocks of a slice whose length is a multiple of [`BLOCK`].
     #[inline(always)]
     pub fn blocks(simd: S, values: &[f64]) -> impl Iterator<Item = Self> {
@@ -85,6 +95,13 @@ impl<S: Simd> Lanes<S> {
             #[inline(always)]
             move |&raw| Self { simd, raw },
         )
+    }
+
+    /// Writes the block with this number into a slice of whole blocks.
+    #[inline(always)]
+    pub fn store(self, values: &mut [f64], block: usize) {
+        let (registers, _) = S::as_mut_simd_f64s(values);
+        registers[INTERLEAVED * block..][..INTERLEAVED].copy_from_slice(&self.raw);
     }
 
     /// A constant beside this block.
@@ -125,6 +142,16 @@ impl<S: Simd> Lanes<S> {
     pub fn abs(mut self) -> Self {
         for k in 0..INTERLEAVED {
             self.raw[k] = self.simd.abs_f64s(self.raw[k]);
+        }
+        self
+    }
+
+    /// `then` where `self < than`, and `otherwise` in the other lanes.
+    #[inline(always)]
+    pub fn if_less(mut self, than: Self, then: Self, otherwise: Self) -> Self {
+        for k in 0..INTERLEAVED {
+            let mask = self.simd.less_than_f64s(self.raw[k], than.raw[k]);
+            self.raw[k] = self.simd.select_f64s(mask, then.raw[k], otherwise.raw[k]);
         }
         self
     }
@@ -184,6 +211,14 @@ impl<S: Simd> Total<S> {
     #[inline(always)]
     pub fn zero(simd: S) -> Self {
         Self { simd, raw: simd.splat_f64s(0.0) }
+    }
+
+    /// Adds a block.
+    #[inline(always)]
+    pub fn add(&mut self, a: Lanes<S>) {
+        for k in 0..INTERLEAVED {
+            self.raw = self.simd.add_f64s(self.raw, a.raw[k]);
+        }
     }
 
     /// Adds the products of two blocks.

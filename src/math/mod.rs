@@ -1,12 +1,16 @@
-//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, lanes (SIMD).
+//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid harmonics, lanes (SIMD).
 //!
 //! Takes and gives plain numbers and `nalgebra` vectors.
 
 pub mod carlson;
 pub mod compensated;
+pub mod harmonics;
 pub mod lanes;
+pub mod logarithm;
+pub mod monomials;
 pub mod rotation;
 pub mod spline;
+pub mod triangle;
 
 /// A vector of three doubles.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -16,7 +16,7 @@ const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 19
 /// A rule stays in use while it has at most this many degrees more than needed.
 const SLACK: usize = 3;
 /// A kernel is made for separations down to this share of the smallest one foreseen.
-const MARGIN: f64 = 0.9;
+pub(super) const MARGIN: f64 = 0.9;
 /// Two rules never agree better than this.
 const ROUND_OFF: f64 = 4e-15;
 
@@ -43,12 +43,14 @@ impl Pair {
         }
         let order = Order { gauss: gauss as usize, angles: angles as usize };
         let integrated = usize::from(memory.integrated);
-        let kernel = self.kernel(integrated, memory.valid_from);
-        let nodes = self.nodes.get(order, self.carriers[integrated]);
+        let kernel = self.kernel_of(integrated, memory.valid_from)?;
+        let carrier = self.carrier(integrated, order);
+        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch)?;
         self.rule = Some(Rule {
             integrated,
             order,
             degree: memory.degree as usize,
+            carrier,
             nodes,
             kernel,
             valid_from: memory.valid_from,
@@ -69,16 +71,28 @@ impl Pair {
     /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
     /// between steps. Gives the number of nodes that were evaluated in order to choose.
     pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<u64> {
+        if let Some(from) = self.diverges(pose) {
+            return Err(Error::NotConverged {
+                what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
+                detail: format!(
+                    "at separation {} the series of their moments diverges: it takes {from}, the sum of their circumscribed radii",
+                    pose.separation.norm()
+                ),
+            });
+        }
         if matches!(self.method, Method::Multipole(_) | Method::Point) {
             return Ok(0);
         }
         let mut scaled = self.scaled(pose);
         scaled.separation *= 1.0 - closing;
         let reach = scaled.separation.norm();
+        if self.bodies.iter().any(|body| body.polyhedron().is_some()) {
+            return self.prepare_faceted(&scaled, reach);
+        }
         match (self.fixed, self.by_bounds(&scaled)) {
             (Some(order), choice) => {
                 let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
-                self.adopt(integrated, degree, order, reach);
+                self.adopt(integrated, degree, order, reach)?;
                 Ok(0)
             }
             (None, Some((integrated, degree))) => {
@@ -89,7 +103,7 @@ impl Pair {
                     Some(rule) if keep => rule.degree,
                     _ => degree,
                 };
-                self.adopt(integrated, degree, self.order(integrated, degree), reach);
+                self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
                 Ok(0)
             }
             (None, None) => self.by_comparison(&scaled, reach),
@@ -159,24 +173,24 @@ impl Pair {
             .position(|&d| d >= in_use.unwrap_or(guess))
             .unwrap_or(LADDER.len() - 2)
             .min(LADDER.len() - 2);
-        self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach);
+        self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach)?;
         let mut coarse = self.scaled_interaction(pose);
         let mut nodes = self.nodes_in_force();
         while level + 1 < LADDER.len() {
             let degree = LADDER[level + 1];
-            self.adopt(integrated, degree, self.order(integrated, degree), reach);
+            self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
             let fine = self.scaled_interaction(pose);
             nodes += self.nodes_in_force();
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
                 // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
                 let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };
-                let degree = if lower < level && self.agrees(integrated, LADDER[lower], pose, reach, &fine) {
+                let degree = if lower < level && self.agrees(integrated, LADDER[lower], pose, reach, &fine)? {
                     LADDER[lower]
                 } else {
                     LADDER[level]
                 };
-                self.adopt(integrated, degree, self.order(integrated, degree), reach);
+                self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
                 return Ok(nodes + self.nodes_in_force());
             }
             coarse = fine;
@@ -197,7 +211,7 @@ impl Pair {
         })
     }
 
-    fn nodes_in_force(&self) -> u64 {
+    pub(super) fn nodes_in_force(&self) -> u64 {
         self.rule.as_ref().map_or(0, |rule| rule.nodes() as u64)
     }
 
@@ -208,9 +222,9 @@ impl Pair {
         pose: &Pose,
         reach: f64,
         fine: &Interaction,
-    ) -> bool {
-        self.adopt(integrated, degree, self.order(integrated, degree), reach);
-        self.difference(&self.scaled_interaction(pose), fine) <= 0.1 * self.tolerance
+    ) -> Result<bool> {
+        self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
+        Ok(self.difference(&self.scaled_interaction(pose), fine) <= 0.1 * self.tolerance)
     }
 
     fn order(&self, integrated: usize, degree: usize) -> Order {
@@ -218,25 +232,28 @@ impl Pair {
             Carrier::Pressures => Order::surface(degree),
             // The density is of degree 2, the field's moments are by one higher than the potential's.
             Carrier::Surface(_) => Order::surface(degree + 3),
-            Carrier::FocalEllipse | Carrier::Centre => Order::focal(degree),
+            _ => Order::focal(degree),
         }
     }
 
     /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
-    fn adopt(&mut self, integrated: usize, degree: usize, order: Order, reach: f64) {
+    pub(super) fn adopt(&mut self, integrated: usize, degree: usize, order: Order, reach: f64) -> Result<()> {
         if let Some(rule) = &self.rule
             && rule.integrated == integrated
             && rule.order == order
             && (rule.valid_from == 0.0 || (1.02 * rule.valid_from..1.3 * rule.valid_from).contains(&reach))
         {
-            return;
+            return Ok(());
         }
-        let nodes = self.nodes.get(order, self.carriers[integrated]);
+        let carrier = self.carrier(integrated, order);
+        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch)?;
         // Two spheres attract like points at any distance.
-        let everywhere = nodes.len() == 1 && self.bodies[1 - integrated].focal_axes()[0] == 0.0;
+        let field = &self.bodies[1 - integrated];
+        let everywhere = nodes.len() == 1 && field.focal_axes()[0] == 0.0 && field.polyhedron().is_none();
         let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
-        let kernel = self.kernel(integrated, valid_from);
-        self.rule = Some(Rule { integrated, order, degree, nodes, kernel, valid_from });
+        let kernel = self.kernel_of(integrated, valid_from)?;
+        self.rule = Some(Rule { integrated, order, degree, carrier, nodes, kernel, valid_from });
+        Ok(())
     }
 
     /// Largest difference of two evaluations: of the force relative to its size; of the torques relative to theirs, or
@@ -253,13 +270,19 @@ impl Pair {
             .max(0.1 * torque(&one.torque_second, &other.torque_second, 1))
     }
 
-    fn kernel(&self, integrated: usize, distance: f64) -> Kernel {
-        let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
+    pub(super) fn kernel(&self, integrated: usize, distance: f64) -> Kernel {
+        let set = &self.bodies[integrated];
         let radius = match self.method {
             Method::Surface => set.shape.circumradius(),
             _ => set.focal_axes()[0],
         };
-        let closest = (distance - radius).max(0.0);
+        self.kernel_from(integrated, distance - radius)
+    }
+
+    /// The same for points down to a distance from the field body's centre.
+    pub(super) fn kernel_from(&self, integrated: usize, closest: f64) -> Kernel {
+        let field = &self.bodies[1 - integrated];
+        let closest = closest.max(0.0);
         let kappa_min = closest * closest - field.shape.circumradius().powi(2);
         match (field.series.cut_for(kappa_min, 0.1 * self.tolerance), field.ellipsoid()) {
             (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),

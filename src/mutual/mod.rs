@@ -8,20 +8,27 @@
 //! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one and a part of the other, with
 //! their places in the bodies. Each has its own rule.
 
+mod attractor;
 mod choice;
+mod derivatives;
+mod expansion;
+mod faceted;
+mod faces;
 mod link;
 mod means;
 mod method;
 mod multipole;
 mod pair;
 mod rule;
+mod sampled;
 mod store;
 mod surface;
 
+pub use attractor::BodyGravity;
 pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;
 pub use multipole::Multipole;
-pub use pair::{BodyGravity, Pair};
+pub use pair::Pair;
 pub use rule::{Rule, RuleMemory};
 pub use store::Store;
 

@@ -9,10 +9,12 @@
 //! d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay & Krasny (2001),
 //! J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
 
+use super::derivatives::Derivatives;
+use super::expansion::Expansion;
 use super::{Interaction, Method, Pose};
+use crate::math::monomials::{count, offset, rows};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
-use std::ops::Range;
 
 /// Runs a method of [`Cut`] for arrays of just the size that half the degree takes.
 macro_rules! sized {
@@ -35,17 +37,32 @@ macro_rules! sized {
 pub struct Multipole {
     half: usize,
     squares: [Vec3; 2],
+    /// Of shapes other than ellipsoids and points.
+    general: Option<Box<Expansion>>,
 }
 
 impl Multipole {
     /// To total degree `degree`, even and at most [`Method::MAX_DEGREE`].
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
-        Self { half: (degree / 2).min(Method::MAX_DEGREE / 2), squares: [squares(first), squares(second)] }
+        let faceted = [first, second].iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
+        Self {
+            half: (degree / 2).min(Method::MAX_DEGREE / 2),
+            squares: [squares(first), squares(second)],
+            general: faceted.then(|| Box::new(Expansion::new(first, second, degree))),
+        }
+    }
+
+    /// The separation down to which the series converges, where shapes other than ellipsoids take part.
+    pub fn converges_from(&self) -> f64 {
+        self.general.as_ref().map_or(0.0, |general| general.reach)
     }
 
     /// Force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
+        if let Some(general) = &self.general {
+            return general.interaction(pose);
+        }
         let (spreads, scale) = self.scaled_spreads(pose);
         let (gradient, torques) = sized!(self.half, forces(&spreads, &(pose.separation / scale)));
         Interaction {
@@ -57,6 +74,9 @@ impl Multipole {
 
     /// The mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, pose: &Pose) -> f64 {
+        if let Some(general) = &self.general {
+            return general.mutual_potential(pose);
+        }
         let (spreads, scale) = self.scaled_spreads(pose);
         sized!(self.half, potential(&spreads, &(pose.separation / scale))) / scale
     }
@@ -174,7 +194,7 @@ fn add<const MONOMIALS: usize>(
     }
 }
 
-/// k^T S k in the order of [`Row`]; polynomials in k are homogeneous, of a degree known from the context.
+/// k^T S k in the order of [`rows`]; polynomials in k are homogeneous, of a degree known from the context.
 fn quadratic_form(s: &Mat3) -> [f64; 6] {
     [s[(0, 0)], 2.0 * s[(0, 1)], 2.0 * s[(0, 2)], s[(1, 1)], 2.0 * s[(1, 2)], s[(2, 2)]]
 }
@@ -193,124 +213,4 @@ fn times_quadratic<const MONOMIALS: usize>(
         }
     }
     out
-}
-
-/// All partial derivatives of 1/r at a point, up to a degree.
-struct Derivatives<const DERIVATIVES: usize> {
-    values: [f64; DERIVATIVES],
-}
-
-impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
-    fn new(x: &Vec3, degree: usize) -> Self {
-        let mut values = [0.0; DERIVATIVES];
-        let r2 = x.norm_squared();
-        values[0] = 1.0 / r2.sqrt();
-        for d in 1..=degree {
-            let n = d as f64;
-            let (once, twice) = ((2.0 * n - 1.0) / (n * r2), (n - 1.0) / (n * r2));
-            let (lower, own) = values.split_at_mut(offset(d));
-            let (below, lowest) = (&lower[offset(d - 1)..], &lower[offset(d.max(2) - 2)..]);
-            for Row { power, rest, start } in rows(d) {
-                // Without one y or z the row above has the monomial, without two of them the one above that.
-                let (above, second) =
-                    (start.wrapping_sub(rest), start.wrapping_sub(2 * rest).wrapping_add(1));
-                let i = power as f64;
-                for l in 0..=rest {
-                    let (j, k) = ((rest - l) as f64, l as f64);
-                    let (mut one, mut two) = (0.0, 0.0);
-                    if power >= 1 {
-                        one += i * x.x * below[start + l];
-                    }
-                    if l < rest {
-                        one += j * x.y * below[above + l];
-                    }
-                    if l >= 1 {
-                        one += k * x.z * below[above + l - 1];
-                    }
-                    if power >= 2 {
-                        two += i * (i - 1.0) * lowest[start + l];
-                    }
-                    if l + 1 < rest {
-                        two += j * (j - 1.0) * lowest[second + l];
-                    }
-                    if l >= 2 {
-                        two += k * (k - 1.0) * lowest[second + l - 2];
-                    }
-                    own[start + l] = -(once * one + twice * two);
-                }
-            }
-        }
-        Self { values }
-    }
-
-    fn contract(&self, p: &[f64], degree: usize) -> f64 {
-        let start = offset(degree);
-        p.iter().zip(&self.values[start..start + count(degree)]).map(|(c, t)| c * t).sum()
-    }
-
-    fn gradient(&self, p: &[f64], degree: usize) -> Vec3 {
-        let raised = &self.values[offset(degree + 1)..];
-        let mut sum = Vec3::zeros();
-        for row in rows(degree) {
-            for k in row.monomials() {
-                for (axis, raised_by) in row.times_one(k).into_iter().enumerate() {
-                    sum[axis] += p[k] * raised[raised_by];
-                }
-            }
-        }
-        sum
-    }
-
-    /// Adds the six second derivatives of the contraction with p, in the order of [`quadratic_form`].
-    fn add_second(&self, sum: &mut [f64; 6], p: &[f64], degree: usize) {
-        let raised = &self.values[offset(degree + 2)..];
-        for row in rows(degree) {
-            for k in row.monomials() {
-                for (sum, raised_by) in sum.iter_mut().zip(row.times_two(k)) {
-                    *sum += p[k] * raised[raised_by];
-                }
-            }
-        }
-    }
-}
-
-const fn count(degree: usize) -> usize {
-    (degree + 1) * (degree + 2) / 2
-}
-
-/// Monomials of all lower degrees.
-const fn offset(degree: usize) -> usize {
-    degree * (degree + 1) * (degree + 2) / 6
-}
-
-/// The monomials x^power y^(rest - l) z^l for l from 0 to `rest`. Those of a degree follow each other, from `start` on, by
-/// falling power and then rising l.
-#[derive(Clone, Copy)]
-struct Row {
-    power: usize,
-    rest: usize,
-    start: usize,
-}
-
-impl Row {
-    /// The places of the monomials.
-    fn monomials(self) -> Range<usize> {
-        self.start..self.start + self.rest + 1
-    }
-
-    /// The places, in the next degree, of a monomial times x, y and z.
-    fn times_one(self, place: usize) -> [usize; 3] {
-        [place, place + self.rest + 1, place + self.rest + 2]
-    }
-
-    /// The places, two degrees higher, of a monomial times xx, xy, xz, yy, yz and zz.
-    fn times_two(self, place: usize) -> [usize; 6] {
-        let (one, two) = (place + self.rest + 1, place + 2 * self.rest + 3);
-        [place, one, one + 1, two, two + 1, two + 2]
-    }
-}
-
-/// The rows of a degree.
-fn rows(degree: usize) -> impl Iterator<Item = Row> {
-    (0..=degree).map(move |rest| Row { power: degree - rest, rest, start: rest * (rest + 1) / 2 })
 }

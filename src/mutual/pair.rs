@@ -1,53 +1,15 @@
 //! A pair of parts with a method, evaluated with the rule in force.
 
 use super::rule::{Kernel, NodeStore, Rule};
-use super::store::{Carrier, Store};
-use super::{Balance, Interaction, Method, Multipole, Pose, Roles, means, surface};
-use crate::gravity::{FarSeries, FieldKernel};
-use crate::math::{Mat3, Vec3};
+use super::store::Carrier;
+use super::{
+    Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
+};
+use crate::gravity::FieldKernel;
+use crate::math::Vec3;
 use crate::quadrature::Order;
-use crate::shape::{Ellipsoid, Shape, growth};
+use crate::shape::{Shape, growth};
 use pulp::Arch;
-use std::sync::Arc;
-
-/// What of a part's gravity does not depend on the state.
-#[derive(Debug, Clone)]
-pub struct BodyGravity {
-    pub(super) name: String,
-    pub(super) shape: Shape,
-    canonical: Mat3,
-    pub(super) series: Arc<FarSeries>,
-    store: Arc<Store>,
-}
-
-impl BodyGravity {
-    /// Precomputes for a shape what the store does not have yet; the name is for errors.
-    pub fn new(name: &str, shape: &Shape, store: &Arc<Store>) -> Self {
-        let canonical = match shape {
-            Shape::Ellipsoid(e) => e.canonical(),
-            Shape::Point => Mat3::identity(),
-        };
-        let (series, store) = (store.series(shape), store.clone());
-        Self { name: name.to_owned(), shape: shape.clone(), canonical, series, store }
-    }
-
-    pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
-        match &self.shape {
-            Shape::Ellipsoid(e) => Some(e),
-            Shape::Point => None,
-        }
-    }
-
-    /// Semi-axes in the canonical frame; zeros for a point.
-    fn semi_axes(&self) -> [f64; 3] {
-        self.ellipsoid().map_or([0.0; 3], Ellipsoid::sorted)
-    }
-
-    /// Semi-axes of the focal ellipse; zeros for a sphere or a point.
-    pub(super) fn focal_axes(&self) -> [f64; 2] {
-        self.ellipsoid().map_or([0.0; 2], Ellipsoid::focal_axes)
-    }
-}
 
 /// Two shapes and the method of their interaction. A pair of ordinary bodies is one of these; see [`super::Link`] for composites.
 #[derive(Debug, Clone)]
@@ -55,7 +17,7 @@ pub struct Pair {
     pub(super) method: Method,
     pub(super) tolerance: f64,
     pub(super) fixed: Option<Order>,
-    arch: Arch,
+    pub(super) arch: Arch,
     /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
     pub(super) unit: f64,
     pub(super) bodies: [BodyGravity; 2],
@@ -80,10 +42,8 @@ impl Pair {
             (Shape::Point, other) | (other, Shape::Point) => other.natural_unit(),
             (first, second) => first.natural_unit().max(second.natural_unit()),
         };
-        let scaled =
-            |body: BodyGravity| BodyGravity::new(&body.name, &body.shape.scaled(1.0 / unit), &body.store);
         let nodes = NodeStore::new(first.store.clone());
-        let bodies = [scaled(first), scaled(second)];
+        let bodies = [first.in_unit(unit), second.in_unit(unit)];
         let multipole = match method {
             Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
             _ => None,
@@ -121,6 +81,12 @@ impl Pair {
         distance >= self.valid_from()
     }
 
+    /// The separation from which on the series converges, where it does not at a pose.
+    pub(super) fn diverges(&self, pose: &Pose) -> Option<f64> {
+        let from = self.multipole.as_ref().map_or(0.0, Multipole::converges_from) * self.unit;
+        (pose.separation.norm() <= from).then_some(from)
+    }
+
     /// The separation from which on the shapes cannot touch, however they are turned.
     pub fn apart_from(&self) -> f64 {
         self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit
@@ -156,6 +122,9 @@ impl Pair {
                 match &rule.kernel {
                     Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles),
                     Kernel::Near(near) => self.potential(*near, rule, set, &roles),
+                    Kernel::Facets | Kernel::Layer(_) => {
+                        sampled::mutual_potential(self.arch, field, rule, &roles)
+                    }
                 }
             }
         };
@@ -177,6 +146,7 @@ impl Pair {
         let balance = match &rule.kernel {
             Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles),
             Kernel::Near(near) => self.balance(*near, rule, set, &roles),
+            Kernel::Facets | Kernel::Layer(_) => sampled::force_and_torque(self.arch, field, rule, &roles),
         };
         let to_field_body = field.canonical.transpose();
         let torque_field = to_field_body * balance.torque_field;
@@ -198,8 +168,10 @@ impl Pair {
 
     fn balance(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> Balance {
         let (arch, nodes) = (self.arch, &*rule.nodes);
-        match self.carriers[rule.integrated] {
+        match rule.carrier {
             Carrier::Pressures => surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles),
+            Carrier::Layer => means::force_and_torque(arch, kernel, nodes, [1.0; 3], roles),
+            Carrier::Faces => faces::force_and_torque(arch, kernel, nodes, roles),
             Carrier::Surface(semi_axes) => means::force_and_torque(arch, kernel, nodes, semi_axes, roles),
             _ => means::force_and_torque(arch, kernel, nodes, set.focal_axes(), roles),
         }
@@ -207,8 +179,10 @@ impl Pair {
 
     fn potential(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> f64 {
         let (arch, nodes) = (self.arch, &*rule.nodes);
-        match self.carriers[rule.integrated] {
+        match rule.carrier {
             Carrier::Pressures => surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles),
+            Carrier::Layer => means::mean_potential(arch, kernel, nodes, [1.0; 3], roles),
+            Carrier::Faces => faces::mutual_potential(arch, kernel, nodes, roles),
             Carrier::Surface(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
             _ => means::mean_potential(arch, kernel, nodes, set.focal_axes(), roles),
         }

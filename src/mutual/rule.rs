@@ -1,8 +1,12 @@
 //! The quadrature of a pair: which body is integrated over, with which nodes, in which form of the other's field.
 
+use super::BodyGravity;
 use super::store::{Carrier, Store};
-use crate::gravity::{FarCut, Near};
+use crate::error::Result;
+use crate::gravity::{FarCut, Layer, Near};
+use crate::patience::Patience;
 use crate::quadrature::{Nodes, Order};
+use pulp::Arch;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -15,6 +19,7 @@ pub struct Rule {
     pub order: Order,
     /// The polynomial degree it was made for.
     pub(super) degree: usize,
+    pub(super) carrier: Carrier,
     pub(super) nodes: Arc<Nodes>,
     pub(super) kernel: Kernel,
     /// Smallest separation that the kernel is made for, in the pair's unit.
@@ -29,10 +34,14 @@ impl Rule {
 }
 
 /// The form of the other body's field.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) enum Kernel {
     Far(FarCut),
     Near(Near),
+    /// A polyhedron's exact field.
+    Facets,
+    /// A polyhedron's field from a distance.
+    Layer(Arc<Layer>),
 }
 
 /// The numbers from which a rule is made again, bit for bit.
@@ -60,12 +69,25 @@ impl NodeStore {
         Self { own: Vec::new(), shared }
     }
 
-    pub(super) fn get(&mut self, order: Order, carrier: Carrier) -> Arc<Nodes> {
+    /// The nodes of a body; those of a layer take its moments.
+    pub(super) fn get(
+        &mut self,
+        order: Order,
+        carrier: Carrier,
+        set: &BodyGravity,
+        arch: Arch,
+    ) -> Result<Arc<Nodes>> {
         if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == carrier) {
-            return nodes.clone();
+            return Ok(nodes.clone());
         }
-        let nodes = self.shared.nodes(order, carrier);
+        let nodes = match self.shared.nodes(order, carrier) {
+            Some(nodes) => nodes,
+            None if carrier == Carrier::Layer => {
+                Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, &mut Patience::endless())?))
+            }
+            None => Arc::new(set.polyhedron().map_or_else(Nodes::centre, |p| Nodes::faces(p, order.gauss))),
+        };
         self.own.push((order, carrier, nodes.clone()));
-        nodes
+        Ok(nodes)
     }
 }

@@ -22,29 +22,26 @@ pub(super) enum Carrier {
     FocalEllipse,
     /// Its centre: a sphere, whose focal ellipse has shrunk to it, or a point mass.
     Centre,
+    /// The layer on a polyhedron's circumscribed sphere.
+    Layer,
+    /// A polyhedron's faces.
+    Faces,
 }
 
 impl Carrier {
-    fn nodes(self, order: Order) -> Nodes {
-        match self {
-            Self::Pressures => Nodes::sphere(order),
-            Self::Surface(semi_axes) => Nodes::surface(order, semi_axes),
-            Self::FocalEllipse => Nodes::focal(order),
-            Self::Centre => Nodes::centre(),
-        }
-    }
-
-    /// The same as something that can be looked up.
-    fn key(self) -> (u8, [u64; 3]) {
-        match self {
-            Self::Pressures => (0, [0; 3]),
-            Self::Surface(semi_axes) => (1, semi_axes.map(f64::to_bits)),
-            Self::FocalEllipse => (2, [0; 3]),
-            Self::Centre => (3, [0; 3]),
-        }
+    /// A number and semi-axes to look it up by, and how its nodes are made from these; none where they belong to one polyhedron.
+    fn shared(self) -> Option<(u8, [f64; 3], Maker)> {
+        Some(match self {
+            Self::Pressures => (0, [0.0; 3], |order, _| Nodes::sphere(order)),
+            Self::Surface(semi_axes) => (1, semi_axes, Nodes::surface),
+            Self::FocalEllipse => (2, [0.0; 3], |order, _| Nodes::focal(order)),
+            Self::Centre => (3, [0.0; 3], |_, _| Nodes::centre()),
+            Self::Layer | Self::Faces => return None,
+        })
     }
 }
 
+type Maker = fn(Order, [f64; 3]) -> Nodes;
 type NodesKey = (Order, (u8, [u64; 3]));
 
 /// Nodes by order and far-field series by shape, for all pairs that are given the same store, in whatever threads they are.
@@ -58,9 +55,11 @@ pub struct Store {
 }
 
 impl Store {
-    /// The nodes of an order.
-    pub(super) fn nodes(&self, order: Order, carrier: Carrier) -> Arc<Nodes> {
-        kept(&self.nodes, (order, carrier.key()), Nodes::len, MOST_POINTS, || carrier.nodes(order))
+    /// The nodes of an order; none where they belong to one polyhedron.
+    pub(super) fn nodes(&self, order: Order, carrier: Carrier) -> Option<Arc<Nodes>> {
+        let (number, semi_axes, make) = carrier.shared()?;
+        let key = (order, (number, semi_axes.map(f64::to_bits)));
+        Some(kept(&self.nodes, key, Nodes::len, MOST_POINTS, || make(order, semi_axes)))
     }
 
     /// The far-field series of a shape.

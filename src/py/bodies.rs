@@ -1,19 +1,46 @@
 //! Shapes, bodies and the gravity of one body.
 
 use super::arrays::{array, from_vectors, vectors};
+use super::listening::listening;
+use super::polyhedra::{PyPolyhedron, over_cores};
 use crate::error::Error;
 use crate::gravity::ExteriorField;
-use crate::shape::{Body, GivenPart, Shape};
+use crate::math::Vec3;
+use crate::shape::{Body, GivenPart, Part, Shape};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-/// A part in the working frame: semi-axes, mass or density, position, attitude.
-type New = (Option<[f64; 3]>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
-/// A part in the working frame: semi-axes, mass, position, attitude. A point has no semi-axes: `None`.
-type Given = (Option<[f64; 3]>, f64, [f64; 3], [f64; 4]);
-/// A part in the body frame: semi-axes, mass, position, rotation matrix.
-type Placed = (Option<[f64; 3]>, f64, [f64; 3], [[f64; 3]; 3]);
+/// A part in the working frame: shape, mass or density, position, attitude.
+type New<'py> = (PyShape<'py>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
+/// A part in the working frame: shape, mass, position, attitude.
+type Given<'py> = (PyShape<'py>, f64, [f64; 3], [f64; 4]);
+/// A part in the body frame: shape, mass, position, rotation matrix.
+type Placed<'py> = (PyShape<'py>, f64, [f64; 3], [[f64; 3]; 3]);
+
+/// A shape: a polyhedron, semi-axes, or none for a point.
+#[derive(FromPyObject, IntoPyObject)]
+pub enum PyShape<'py> {
+    Polyhedron(Bound<'py, PyPolyhedron>),
+    Axes(Option<[f64; 3]>),
+}
+
+impl<'py> PyShape<'py> {
+    fn of(py: Python<'py>, shape: &Shape) -> PyResult<Self> {
+        Ok(match shape {
+            Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
+            Shape::Polyhedron(p) => Self::Polyhedron(Bound::new(py, PyPolyhedron::from(p.clone()))?),
+            Shape::Point => Self::Axes(None),
+        })
+    }
+
+    fn shape(self) -> Result<Shape, Error> {
+        match self {
+            Self::Polyhedron(p) => Ok(Shape::Polyhedron(p.get().inner.clone())),
+            Self::Axes(axes) => axes.map_or(Ok(Shape::Point), Shape::ellipsoid),
+        }
+    }
+}
 
 /// One part or several. A point has no semi-axes: `None`.
 #[pyclass(frozen, name = "Body", module = "fullbody._core")]
@@ -24,14 +51,9 @@ pub struct PyBody {
 #[pymethods]
 impl PyBody {
     #[new]
-    #[pyo3(signature = (name, semi_axes, mass=None, density=None))]
-    fn new(
-        name: String,
-        semi_axes: Option<[f64; 3]>,
-        mass: Option<f64>,
-        density: Option<f64>,
-    ) -> Result<Self, Error> {
-        let shape = Shape::try_from(semi_axes)?;
+    #[pyo3(signature = (name, shape, mass=None, density=None))]
+    fn new(name: String, shape: PyShape<'_>, mass: Option<f64>, density: Option<f64>) -> Result<Self, Error> {
+        let shape = shape.shape()?;
         let inner = match (mass, density) {
             (Some(mass), None) => Body::with_mass(name, shape, mass),
             (None, Some(density)) => Body::with_density(name, shape, density),
@@ -50,11 +72,11 @@ impl PyBody {
 
     /// A body of several parts: (semi-axes, mass, density, position, attitude), with a mass or a density.
     #[staticmethod]
-    fn composite(name: String, parts: Vec<New>) -> Result<Self, Error> {
+    fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self, Error> {
         let given =
-            parts.into_iter().enumerate().map(|(index, (axes, mass, density, position, attitude))| {
+            parts.into_iter().enumerate().map(|(index, (shape, mass, density, position, attitude))| {
                 let what = format!("part {index} of {name}");
-                let shape = Shape::try_from(axes).map_err(|error| error.of(&what))?;
+                let shape = shape.shape().map_err(|error| error.of(&what))?;
                 let mass = match (mass, density) {
                     (Some(mass), None) => mass,
                     (None, Some(density)) => GivenPart::mass_of(&what, &shape, density)?,
@@ -74,24 +96,25 @@ impl PyBody {
 
     /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
     #[getter]
-    fn given(&self) -> Vec<Given> {
-        let of = |part: &GivenPart| (part.shape.clone().into(), part.mass, part.position, part.attitude);
+    fn given<'py>(&self, py: Python<'py>) -> PyResult<Vec<Given<'py>>> {
+        let of =
+            |part: &GivenPart| Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude));
         self.inner.given().iter().map(of).collect()
     }
 
     /// All parts in the body frame.
     #[getter]
-    fn parts(&self) -> Vec<Placed> {
+    fn parts<'py>(&self, py: Python<'py>) -> PyResult<Vec<Placed<'py>>> {
         let parts = self.inner.parts().iter();
         parts
             .map(|part| {
                 let rotation = part.rotation().transpose();
-                (part.shape.clone().into(), part.mass, part.position().into(), rotation.into())
+                Ok((PyShape::of(py, &part.shape)?, part.mass, part.position().into(), rotation.into()))
             })
             .collect()
     }
 
-    /// Position and attitude of a composite's working frame in the body frame.
+    /// Position and attitude of the working frame of a composite or a polyhedron in the body frame.
     #[getter]
     fn working_frame(&self) -> Option<([f64; 3], [f64; 4])> {
         self.inner.working_frame().map(|frame| (frame.position.into(), frame.attitude))
@@ -128,8 +151,12 @@ pub fn gravity<'py>(
     let field = ExteriorField::new(&body.inner, gravitational_constant);
     let field = if inside { field.with_inside() } else { field };
     let points = vectors("points", &points)?;
-    let potential = points.iter().map(|p| field.potential(p)).collect::<Result<Vec<_>, _>>()?;
-    let g = points.iter().map(|p| field.field(p)).collect::<Result<Vec<_>, _>>()?;
-    let count = potential.len();
+    let faces = |part: &Part| if let Shape::Polyhedron(p) = &part.shape { p.faces().len() } else { 1 };
+    let work: usize = body.inner.parts().iter().map(faces).sum();
+    let both = listening(py, |patience| {
+        over_cores(&points, work, patience, |_, p| Ok((field.potential(p)?, field.field(p)?)))
+    })?;
+    let count = both.len();
+    let (potential, g): (Vec<f64>, Vec<Vec3>) = both.into_iter().unzip();
     Ok((array(py, potential, &[count])?, from_vectors(py, &g)?))
 }

@@ -10,6 +10,7 @@ mod events;
 mod forces;
 mod listening;
 mod orbits;
+mod polyhedra;
 mod rotations;
 mod runs;
 mod systems;
@@ -26,6 +27,8 @@ mod _core {
     use super::events::PyCondition;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
+    #[pymodule_export]
+    use super::polyhedra::PyPolyhedron;
     #[pymodule_export]
     use super::rotations::{quaternion_of_tait_bryan, quaternion_product, rotation_matrices};
     #[pymodule_export]

@@ -87,6 +87,12 @@ pub fn focal_degree(ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64, tole
     degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0, 1)
 }
 
+/// The degree of a body's layer in the field of another one, whose potential falls by this rate from degree to degree in the
+/// body's circumscribed sphere; `None` for bodies too close for the bound.
+pub fn layer_degree(rate: f64, tolerance: f64) -> Option<usize> {
+    degree_for(rate, tolerance, 0.0, 2)
+}
+
 /// The smallest degree L with L^-power rate^-L below the tolerance, and `more`: the torque is smaller than lever times
 /// force by about the rate, and so must be its error.
 fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {

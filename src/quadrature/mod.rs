@@ -7,5 +7,7 @@
 mod convergence;
 mod nodes;
 
-pub use convergence::{Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree};
+pub use convergence::{
+    Order, closest_confocal, focal_degree, focal_vectors, guess_degree, layer_degree, surface_degree,
+};
 pub use nodes::Nodes;

@@ -1,6 +1,7 @@
 //! Bodies: one part or several.
 
-use super::composite::{Assembly, WorkingFrame};
+use super::composite::Assembly;
+use super::frame::WorkingFrame;
 use super::{GivenPart, Part, Shape};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
@@ -97,10 +98,10 @@ impl Body {
         4.0 * PI / 3.0 * a * b * c
     }
 
-    /// Semi-axes along the body frame: those of an ordinary body, zeros for a point, and for a composite those of the homogeneous
-    /// ellipsoid with the same mass and the same moments of inertia.
+    /// Semi-axes along the body frame: those of an ellipsoid, zeros for a point, and for a composite or a polyhedron those of the
+    /// homogeneous ellipsoid with the same mass and the same moments of inertia.
     pub fn semi_axes(&self) -> [f64; 3] {
-        if self.given.is_none() {
+        if self.given.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_)) {
             return self.parts[0].shape.semi_axes();
         }
         let all = self.inertia.sum();
@@ -112,9 +113,18 @@ impl Body {
         self.given.as_ref().map_or(&[], |(parts, _)| parts)
     }
 
-    /// Where a composite's working frame lies in the body frame; none for an ordinary body.
-    pub fn working_frame(&self) -> Option<&WorkingFrame> {
-        self.given.as_ref().map(|(_, frame)| frame)
+    /// Where the working frame of a composite or a polyhedron lies in the body frame; none for other bodies.
+    pub fn working_frame(&self) -> Option<WorkingFrame> {
+        match (&self.given, &self.parts[0].shape) {
+            (Some((_, frame)), _) => Some(*frame),
+            (None, Shape::Polyhedron(polyhedron)) => Some(polyhedron.working_frame()),
+            _ => None,
+        }
+    }
+
+    /// Whether the body is of several parts, or of one that is not at the origin.
+    pub fn is_composite(&self) -> bool {
+        self.given.is_some()
     }
 }
 

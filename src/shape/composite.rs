@@ -1,27 +1,12 @@
 //! Composites: several parts that are rigid together, of densities that add where the parts overlap.
 //!
-//! The parts are given in a working frame, which is any. The body frame is their principal frame, turned as little as possible
-//! from the working frame: of all ways to name and to direct the principal axes the one for which the axes of both frames are
-//! nearest to each other (the trace of the rotation is largest). Where two moments of inertia are equal, only the third axis is
-//! turned, on the shortest way; where all are, nothing is. A composite that is given in a principal frame therefore keeps it.
+//! The parts are given in a working frame, which is any. The body frame is their principal frame: see [`super::frame`].
 
-use super::{GivenPart, Part, Place};
+use super::frame::{ROUNDING, WorkingFrame, principal_axes, quaternion};
+use super::{GivenPart, Part, Place, Shape};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3};
-use nalgebra::{Rotation3, SymmetricEigen, UnitQuaternion};
-
-/// Products of inertia and differences of its moments smaller than this share of what adds up to them are rounding.
-const ROUNDING: f64 = 1e-14;
-
-/// Where the working frame of a composite lies in its body frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorkingFrame {
-    /// Its origin.
-    pub position: Vec3,
-    /// Quaternion that turns its vectors into those of the body frame.
-    pub attitude: [f64; 4],
-}
 
 /// The parts in their principal frame.
 pub(super) struct Assembly {
@@ -108,63 +93,6 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     Ok(())
 }
 
-/// The rotation from the working frame into the principal frame.
-fn principal_axes(tensor: &Mat3, size: f64) -> Mat3 {
-    let small = ROUNDING * size;
-    if tensor[(0, 1)].abs().max(tensor[(1, 2)].abs()).max(tensor[(0, 2)].abs()) <= small {
-        return Mat3::identity();
-    }
-    let eigen = SymmetricEigen::new(tensor / size);
-    let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
-    let [low, middle, high] = order.map(|k| eigen.eigenvalues[k] * size);
-    let vector = |k: usize| eigen.eigenvectors.column(order[k]).into_owned();
-    match (middle - low <= small, high - middle <= small) {
-        (true, true) => Mat3::identity(),
-        (true, false) => turned_least_about(vector(2)),
-        (false, true) => turned_least_about(vector(0)),
-        (false, false) => nearest_frame([vector(0), vector(1), vector(2)]),
-    }
-}
-
-/// The smallest turn that makes the nearest axis of the working frame one along this vector.
-fn turned_least_about(vector: Vec3) -> Mat3 {
-    let axis = vector.iamax();
-    let along = vector * vector[axis].signum();
-    let mut unit = Vec3::zeros();
-    unit[axis] = 1.0;
-    // The two are less than 60 degrees apart.
-    Rotation3::rotation_between(&along, &unit).map_or_else(Mat3::identity, |turn| turn.into_inner())
-}
-
-/// The frame along these three vectors, named and directed so that it is nearest to the working frame.
-fn nearest_frame(vectors: [Vec3; 3]) -> Mat3 {
-    const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-    let mut best = Mat3::identity();
-    let mut trace = f64::NEG_INFINITY;
-    for order in ORDERS {
-        let mut axes = [0, 1, 2].map(|k| vectors[order[k]] * vectors[order[k]][k].signum());
-        if axes[0].cross(&axes[1]).dot(&axes[2]) < 0.0 {
-            let least = (1..3).fold(0, |least, k| if axes[k][k] < axes[least][least] { k } else { least });
-            axes[least] = -axes[least];
-        }
-        let sum = axes[0].x + axes[1].y + axes[2].z;
-        if sum > trace {
-            trace = sum;
-            best = Mat3::from_columns(&axes).transpose();
-        }
-    }
-    best
-}
-
-fn quaternion(rotation: &Mat3) -> [f64; 4] {
-    if *rotation == Mat3::identity() {
-        return [1.0, 0.0, 0.0, 0.0];
-    }
-    let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
-    [q.w, q.i, q.j, q.k]
-}
-
 /// Places of the parts that are not inside another one; of parts that coincide the first.
 fn outer(parts: &[Part]) -> Vec<usize> {
     let hidden = |k: usize| {
@@ -177,6 +105,10 @@ fn outer(parts: &[Part]) -> Vec<usize> {
 
 /// Whether a part is surely inside another one: the ball around it is, where the other one is stretched to a ball.
 fn inside(part: &Part, other: &Part) -> bool {
+    // Nothing is found out of what is within a polyhedron: it is not asked for.
+    if let Shape::Polyhedron(_) = other.shape {
+        return part.shape == other.shape && part.place == other.place;
+    }
     /// By how much rounding may move a part that coincides with another one.
     const ROOM: f64 = 1e-14;
     let apart = part.position() - other.position();
@@ -186,7 +118,11 @@ fn inside(part: &Part, other: &Part) -> bool {
     let stretch = Vec3::from(other.shape.semi_axes()).map(|a| 1.0 / a);
     let into = Mat3::from_diagonal(&stretch) * other.rotation().transpose();
     let centre = into * apart;
-    let axes = into * part.rotation() * Mat3::from_diagonal(&Vec3::from(part.shape.semi_axes()));
+    let turned = into * part.rotation();
     // A point has no inside: NaN and infinities are not below one.
+    if let Shape::Polyhedron(polyhedron) = &part.shape {
+        return polyhedron.vertices().all(|v| (centre + turned * v).norm() <= 1.0 + ROOM);
+    }
+    let axes = turned * Mat3::from_diagonal(&Vec3::from(part.shape.semi_axes()));
     centre.norm() + axes.singular_values().max() <= 1.0 + ROOM
 }

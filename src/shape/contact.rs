@@ -13,7 +13,7 @@
 //! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with
 //! q = t w.B (A + t B)^-1 B w / w.B w its slope in ln t is -(1 - q) (1 + t h_B^2/h_A^2).
 
-use super::{Place, Shape};
+use super::{Place, Shape, gap_between};
 use crate::error::{Error, Result};
 use crate::math::{Mat3, Vec3};
 
@@ -81,6 +81,9 @@ pub fn growth(
     if largest == 0.0 {
         return Growth { factor: 0.0, uncertainty: 0.0 };
     }
+    if let Some(gap) = gap_between([first, second], separation, [rotation_first, rotation_second]) {
+        return shrinkage(gap, separation.norm(), first.circumradius() + second.circumradius());
+    }
     let scale = first.circumradius().max(second.circumradius());
     if scale == 0.0 {
         return Growth { factor: f64::INFINITY, uncertainty: 0.0 };
@@ -90,6 +93,14 @@ pub fn growth(
     let bodies = [Axes::new(first, rotation_first, scale), Axes::new(second, rotation_second, scale)];
     let unit = TwoEllipsoids { bodies, direction: separation.normalize() }.growth();
     Growth { factor: unit.factor * (largest / scale * separation.norm()), ..unit }
+}
+
+/// Beside a polyhedron, which need not be convex, growth tells little. What stands for it is the share of the separation that may
+/// be taken away before the shapes touch, |r| / (|r| - gap), which for two spheres is their growth.
+fn shrinkage(gap: f64, distance: f64, circumradii: f64) -> Growth {
+    // A shape in the bay of another one may have a gap longer than the separation.
+    let rest = (distance - gap).max(1e-3 * distance);
+    Growth { factor: distance / rest, uncertainty: 8.0 * f64::EPSILON * (distance + circumradii) / rest }
 }
 
 /// The contact function of Perram & Wertheim: the square of the factor by which two bodies must grow to touch.

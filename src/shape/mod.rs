@@ -7,29 +7,43 @@
 mod body;
 mod composite;
 mod contact;
+mod crossing;
+mod distance;
 mod ellipsoid;
+mod frame;
+mod gap;
+mod mesh;
 mod meeting;
 mod part;
 mod plane;
+mod polyhedron;
+mod tree;
 
 pub use body::Body;
-pub use composite::WorkingFrame;
 pub use contact::{Growth, contact_function, growth};
 pub use ellipsoid::Ellipsoid;
+pub use frame::WorkingFrame;
+pub use gap::gap_between;
 pub use meeting::Meeting;
+pub use mesh::{Edge, solid_angle};
 pub use part::{GivenPart, Part, Place};
 pub use plane::{normal, support};
+pub use polyhedron::Polyhedron;
+pub use tree::{Block, Tree};
 
 use crate::error::{Error, Result, require_positive};
 use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
 use serde::{Deserialize, Serialize};
 
-/// The shape of a part. Described by its semi-axes; none for a point.
+/// The shape of a part. Described by its semi-axes, or vertices and faces; none for a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Option<[f64; 3]>", into = "Option<[f64; 3]>")]
+#[serde(try_from = "Description", into = "Description")]
 pub enum Shape {
     /// A homogeneous ellipsoid.
     Ellipsoid(Ellipsoid),
+    /// A homogeneous polyhedron.
+    Polyhedron(Polyhedron),
     /// No extent. A body of such a part alone has no spin dynamics.
     Point,
 }
@@ -42,11 +56,36 @@ impl TryFrom<Option<[f64; 3]>> for Shape {
     }
 }
 
-impl From<Shape> for Option<[f64; 3]> {
+/// What a shape is made from, for archives and the Python package.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+enum Description {
+    Axes(Option<[f64; 3]>),
+    Mesh { vertices: Vec<[f64; 3]>, faces: Vec<[u32; 3]> },
+}
+
+impl TryFrom<Description> for Shape {
+    type Error = Error;
+
+    fn try_from(description: Description) -> Result<Self> {
+        match description {
+            Description::Axes(semi_axes) => Self::try_from(semi_axes),
+            Description::Mesh { vertices, faces } => {
+                let vertices: Vec<Vec3> = vertices.into_iter().map(Vec3::from).collect();
+                Ok(Self::Polyhedron(Polyhedron::new(&vertices, &faces, &mut Patience::endless())?))
+            }
+        }
+    }
+}
+
+impl From<Shape> for Description {
     fn from(shape: Shape) -> Self {
         match shape {
-            Shape::Ellipsoid(e) => Some(e.semi_axes()),
-            Shape::Point => None,
+            Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
+            Shape::Polyhedron(p) => {
+                Self::Mesh { vertices: p.given().map(Into::into).collect(), faces: p.faces().to_vec() }
+            }
+            Shape::Point => Self::Axes(None),
         }
     }
 }
@@ -67,15 +106,16 @@ impl Shape {
     pub fn scaled(&self, factor: f64) -> Self {
         match self {
             Self::Ellipsoid(e) => Self::Ellipsoid(e.scaled(factor)),
+            Self::Polyhedron(p) => Self::Polyhedron(p.scaled(factor)),
             Self::Point => Self::Point,
         }
     }
 
-    /// The power of two next below the largest semi-axis, an exact unit of length in which squares and cubes neither
+    /// The power of two next below the circumradius, an exact unit of length in which squares and cubes neither
     /// overflow nor underflow; one for a point.
     pub fn natural_unit(&self) -> f64 {
         match self {
-            Self::Ellipsoid(_) => self.circumradius().log2().floor().exp2(),
+            Self::Ellipsoid(_) | Self::Polyhedron(_) => self.circumradius().log2().floor().exp2(),
             Self::Point => 1.0,
         }
     }
@@ -84,6 +124,7 @@ impl Shape {
     pub fn volume(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.volume(),
+            Self::Polyhedron(p) => p.volume(),
             Self::Point => 0.0,
         }
     }
@@ -92,6 +133,7 @@ impl Shape {
     pub fn inertia_per_mass(&self) -> Vec3 {
         match self {
             Self::Ellipsoid(e) => e.inertia_per_mass(),
+            Self::Polyhedron(p) => p.inertia_per_mass(),
             Self::Point => Vec3::zeros(),
         }
     }
@@ -102,10 +144,11 @@ impl Shape {
     }
 
     /// Larger semi-axis of the focal ellipse: how far from the centre the mass reaches that attracts alike; zero for a sphere
-    /// and a point.
+    /// and a point, all of a polyhedron.
     pub fn focal_reach(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.focal_axes()[0],
+            Self::Polyhedron(p) => p.circumradius(),
             Self::Point => 0.0,
         }
     }
@@ -114,15 +157,16 @@ impl Shape {
     pub fn circumradius(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.sorted()[0],
+            Self::Polyhedron(p) => p.circumradius(),
             Self::Point => 0.0,
         }
     }
 
-    /// Semi-axes along the body frame; zeros for a point.
+    /// Semi-axes along the part's frame; zeros for a point, and for a polyhedron, which has none.
     pub fn semi_axes(&self) -> [f64; 3] {
         match self {
             Self::Ellipsoid(e) => e.semi_axes(),
-            Self::Point => [0.0; 3],
+            Self::Polyhedron(_) | Self::Point => [0.0; 3],
         }
     }
 }

@@ -46,7 +46,7 @@ pub struct GivenPart {
     pub shape: Shape,
     /// Mass, of either sign.
     pub mass: f64,
-    /// The part's centre.
+    /// The part's centre; of a polyhedron the origin of its vertices' frame.
     pub position: [f64; 3],
     /// Quaternion that turns the part's vectors into those of the working frame.
     pub attitude: [f64; 4],
@@ -77,6 +77,11 @@ impl GivenPart {
 
     pub(super) fn place(&self) -> Place {
         let rotation = rotation::matrix(rotation::normalised(self.attitude));
-        Place { position: Vec3::from(self.position), rotation }
+        let position = Vec3::from(self.position);
+        let Shape::Polyhedron(polyhedron) = &self.shape else { return Place { position, rotation } };
+        // The frame that is placed is the one in which the vertices were given.
+        let frame = polyhedron.working_frame();
+        let rotation = rotation * rotation::matrix(frame.attitude).transpose();
+        Place { position: position - rotation * frame.position, rotation }
     }
 }

@@ -5,6 +5,9 @@
 //! interval's ends and middle gives a parabola, and bounds of the third derivatives of the polynomials what the gap can differ from
 //! it. Where the parabola less that difference is positive the bodies are apart: no dip is too short to be seen. Where it is not,
 //! the interval is halved, until an overlap is in its middle or it is too short for one.
+//!
+//! Beside a polyhedron, which no plane need part from the other body, the gap in the middle is compared with how far any point can
+//! move.
 
 use crate::dynamics::{AttitudeChart, Layout};
 use crate::error::Result;
@@ -12,7 +15,7 @@ use crate::integrate::{Segment, root};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::Pose;
 use crate::patience::Patience;
-use crate::shape::{Part, Place, Shape, growth, normal, support};
+use crate::shape::{Part, Place, Shape, gap_between, growth, normal, support};
 use nalgebra::Rotation3;
 
 /// Half of the shortest interval, as a part of the piece. Between two places this near to each other even the tips of needles
@@ -200,12 +203,17 @@ impl<'a> Encounter<'a> {
         let reach = self.shapes[0].circumradius() + self.shapes[1].circumradius();
         let n = turned(r[1] / distance);
         let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - reach);
-        let round = self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
+        let faceted = self.shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
+        let round = !faceted && self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
         if least(gap, cubic) >= if round { -TOUCHING * reach } else { 0.0 } {
             return Verdict::Clear;
         }
         if round {
             return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
+        }
+
+        if faceted {
+            return self.between_faces(&places[1], &r[1], v, half);
         }
 
         let rotations = places.each_ref().map(|basis| [0, 1].map(|which| self.rotation(which, basis)));
@@ -244,6 +252,20 @@ impl<'a> Encounter<'a> {
         } else {
             Verdict::Unknown
         }
+    }
+
+    /// The verdict on shapes of which one is a polyhedron: what no point of them can move, in half of the interval, is less than
+    /// their gap in its middle.
+    fn between_faces(&self, middle: &Basis, separation: &Vec3, speed: f64, half: f64) -> Verdict {
+        let [(first, first_length), (second, second_length)] = [0, 1].map(|k| self.rotation(k, middle));
+        let Some(gap) = gap_between(self.shapes, separation, [&first, &second]).filter(|gap| *gap > 0.0)
+        else {
+            return Verdict::Unknown;
+        };
+        let turning = [self.turning(0, first_length, half), self.turning(1, second_length, half)];
+        let [Some([first, ..]), Some([second, ..])] = turning else { return Verdict::Apart };
+        let [a, b] = self.shapes.map(Shape::circumradius);
+        if half * (speed + a * first + b * second) < gap { Verdict::Clear } else { Verdict::Apart }
     }
 
     /// Bounds of the first three derivatives of the separation of the parts, which turn about the centres of their bodies.

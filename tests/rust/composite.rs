@@ -7,6 +7,7 @@ use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Foreseen, Interaction, Link, Method, Pose};
 use fullbody::shape::{Body, GivenPart, Meeting, Shape, growth};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 const STILL: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
@@ -24,7 +25,7 @@ fn links(bodies: [&Body; 2], method: Method) -> Vec<Link> {
     let [first, second] = Link::parts_of(bodies, method);
     let arch = VectorPath::Auto.arch().unwrap();
     let parts = (0..first).flat_map(|a| (0..second).map(move |b| [a, b]));
-    parts.map(|parts| Link::new(bodies, parts, method, 1e-14, None, arch)).collect()
+    parts.map(|parts| Link::new(bodies, parts, method, 1e-14, None, arch, &Arc::default())).collect()
 }
 
 fn about_z(angle: f64) -> Mat3 {

@@ -11,6 +11,7 @@ mod math;
 mod mutual;
 mod mutual_values;
 mod orbit;
+mod polyhedron;
 mod quadrature;
 mod shape;
 mod support;

@@ -17,6 +17,7 @@ from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput, UncheckedFile, caution
 from ..model.composite import Composite
+from ..model.polyhedron import Polyhedron
 from ..model.system import BaseSystem
 from ..record.base import STOP_REASONS, BaseRun
 from ..record.integrators import Integrator, rebuild
@@ -124,7 +125,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
 
 def _needed(run: BaseRun) -> int:
     """The first format that holds a run."""
-    if any(isinstance(body.shape, Composite) for body in run.system.bodies):
+    if any(isinstance(body.shape, Composite | Polyhedron) for body in run.system.bodies):
         return 4
     if run.system.forces:
         return 3

@@ -16,6 +16,7 @@ from ..base.values import hashed, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
 from .composite import Composite, Part, WorkingFrame
+from .polyhedron import Polyhedron
 from .shapes import (
     SOLIDS,
     Ellipsoid,
@@ -23,9 +24,9 @@ from .shapes import (
     Solid,
     attach,
     attached,
+    core_shape,
     lengths_of,
     own_units,
-    semi_axes_in,
     sizes_in,
     solid_noted,
 )
@@ -39,7 +40,7 @@ class Body(Tabled):
 
     Parameters
     ----------
-    shape : Ellipsoid, Sphere, PointMass or Composite
+    shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
     mass, density : float or Quantity
         One of the two; neither for a composite, whose parts have their own.
     name : str, optional
@@ -71,7 +72,7 @@ class Body(Tabled):
     ) -> None:
         called = "the body" if name_of(name) is None else name
         if not isinstance(shape, Solid | Composite):
-            expected = "expected an Ellipsoid, a Sphere, a PointMass or a Composite"
+            expected = "expected an Ellipsoid, a Sphere, a PointMass, a Polyhedron or a Composite"
             raise InvalidInput(f"shape of {called} is {shape!r}; {expected}")
         if isinstance(shape, Composite):
             if (mass, density) != (None, None):
@@ -128,7 +129,7 @@ class Body(Tabled):
 
     @property
     def working_frame(self) -> WorkingFrame | None:
-        """Where the working frame of a composite lies in the body frame; ``None`` for other bodies.
+        """Where the working frame of a composite or a polyhedron lies in the body frame; ``None`` for other bodies.
 
         Examples
         --------
@@ -200,6 +201,8 @@ class Body(Tabled):
         rows: list[Sequence[str]] = [("shape", type(self.shape).__name__)]
         if isinstance(self.shape, Composite):
             rows.append(("parts", str(len(self.shape.parts))))
+        elif isinstance(self.shape, Polyhedron):
+            rows.append(("faces", str(len(self.shape.faces))))
         elif self.shape.semi_axes is not None:
             rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
         # Where only some of a body's numbers have units, only its system can compute what follows from them.
@@ -234,22 +237,26 @@ class Body(Tabled):
         return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
-        """Semi-axes as numbers in a system's units, of a composite its fitted ellipsoid's; ``None`` for a point."""
+        """Semi-axes in a system's units, of a composite or polyhedron the fitted ellipsoid's; ``None`` for a point."""
+        if isinstance(self._shape, PointMass):
+            return None
         if isinstance(self._shape, Composite):
             return self._shape._core(units, name).semi_axes
-        return semi_axes_in(self._shape, units, name)
+        shape = core_shape(self._shape, units, name)
+        # The mass does not change the fitted ellipsoid.
+        return _core.Body(name, shape, 1.0).semi_axes if isinstance(shape, _core.Polyhedron) else shape
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         name = self._name if self._name is not None else f"body {index}"
         if isinstance(self._shape, Composite):
             return self._shape._core(units, name)
-        axes = semi_axes_in(self._shape, units, name)
+        shape = core_shape(self._shape, units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
         )
-        return _core.Body(name, axes, mass, density)
+        return _core.Body(name, shape, mass, density)
 
     def _describe(self, units: Units, index: int) -> dict[str, Any]:
         """The body in numbers of a system's units."""
@@ -386,9 +393,13 @@ def _table_of_parts(parts: Sequence[Part]) -> Table:
     """The parts of a composite, one a row."""
 
     def row(part: Part) -> Sequence[str]:
-        axes = part.shape.semi_axes
+        if isinstance(part.shape, Polyhedron):
+            size = f"{len(part.shape.faces)} faces"
+        else:
+            axes = part.shape.semi_axes
+            size = "-" if axes is None else ", ".join(map(number, axes))
         amount = f"{number(part.mass)}" if part.density is None else f"density {number(part.density)}"
         place = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
-        return type(part.shape).__name__, "-" if axes is None else ", ".join(map(number, axes)), amount, place
+        return type(part.shape).__name__, size, amount, place
 
     return Table("Parts", ("shape", "semi-axes", "mass", "position"), [row(part) for part in parts])

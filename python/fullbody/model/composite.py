@@ -13,7 +13,8 @@ from ..base.arguments import named_options, nonzero, positive, sequence, vectors
 from ..base.units import Units, is_quantity, numbers
 from ..base.values import ArrayFields, hashed, same
 from ..errors import InvalidInput
-from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, lengths_of, own_units, semi_axes_in, sizes_in
+from .polyhedron import Polyhedron
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_shape, lengths_of, own_units, sizes_in
 
 __all__ = ["Composite", "Part", "WorkingFrame"]
 
@@ -27,11 +28,12 @@ class Part:
 
     Parameters
     ----------
-    shape : Ellipsoid, Sphere or PointMass
+    shape : Ellipsoid, Sphere, PointMass or Polyhedron
     mass, density : float or Quantity
         One of the two; below zero for a void, or for what is missing against the matter that fills the same space.
     position : array_like or Quantity, (3,), optional
-        The part's centre in the working frame; its origin if not given.
+        The part's centre in the working frame, of a polyhedron the origin of its vertices' frame; the working frame's
+        origin if not given.
     attitude : array_like, (4,)
         The quaternion [w, x, y, z] that turns vectors of the part's axes into the working frame.
 
@@ -55,8 +57,9 @@ class Part:
     attitude: Any = _UNTURNED
 
     def __post_init__(self) -> None:
-        if not isinstance(self.shape, Ellipsoid | Sphere | PointMass):
-            raise InvalidInput(f"shape of a part is {self.shape!r}; expected an Ellipsoid, a Sphere or a PointMass")
+        if not isinstance(self.shape, Ellipsoid | Sphere | PointMass | Polyhedron):
+            expected = "expected an Ellipsoid, a Sphere, a PointMass or a Polyhedron"
+            raise InvalidInput(f"shape of a part is {self.shape!r}; {expected}")
         if (self.mass is None) == (self.density is None):
             given = "neither mass nor density" if self.mass is None else "both a mass and a density"
             raise InvalidInput(f"a part is given {given}; expected one of the two")
@@ -112,7 +115,7 @@ class Part:
         )
         place = (0.0, 0.0, 0.0) if self.position is None else self.position
         position = units.strip(place, "length", f"position of {what}").tolist()
-        return semi_axes_in(self.shape, units, what), mass, density, position, self.attitude
+        return core_shape(self.shape, units, what), mass, density, position, self.attitude
 
     def _with(self, units: Units) -> Part:
         mass, density = attach(self.mass, "mass", units), attach(self.density, "density", units)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .. import _core
 from ..base.arguments import named_options, positive, refuse_mixture
 from ..base.units import Units, gathered, is_quantity
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
+from .polyhedron import Polyhedron
 
 __all__ = ["Ellipsoid", "PointMass", "Sphere"]
 
@@ -115,13 +117,15 @@ class PointMass:
 
 
 #: A shape of one piece.
-Solid = Ellipsoid | Sphere | PointMass
+Solid = Ellipsoid | Sphere | PointMass | Polyhedron
 #: These by name.
-SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass)}
+SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass, Polyhedron)}
 
 
 def lengths_of(shape: Solid) -> dict[str, Any]:
-    """The semi-axes by their names; none of a point."""
+    """The semi-axes by their names, or the vertices; none of a point."""
+    if isinstance(shape, Polyhedron):
+        return {"vertices": shape.vertices}
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
@@ -141,8 +145,10 @@ def own_units(known: dict[str, tuple[Any, str]]) -> Units:
     return Units((length, u.s, first["mass"] if "mass" in first else first["density"] * length**3))
 
 
-def semi_axes_in(shape: Solid, units: Units, name: str) -> tuple[float, float, float] | None:
-    """Semi-axes as numbers in a system's units; ``None`` for a point."""
+def core_shape(shape: Solid, units: Units, name: str) -> tuple[float, float, float] | _core.Polyhedron | None:
+    """The shape as the core takes it, in a system's units: semi-axes, a polyhedron, or ``None`` for a point."""
+    if isinstance(shape, Polyhedron):
+        return shape._core(units, name)
     if shape._lengths is None:
         return None
     labelled = zip(shape._lengths, "abc", strict=True)
@@ -152,6 +158,8 @@ def semi_axes_in(shape: Solid, units: Units, name: str) -> tuple[float, float, f
 
 def attached(shape: Solid, units: Units) -> Solid:
     """The shape in a system with units: its plain numbers become Quantities in them."""
+    if isinstance(shape, Polyhedron):
+        return shape._with(units)
     return type(shape)(*(attach(getattr(shape, name), "length", units) for name in shape.__slots__))
 
 
@@ -160,16 +168,21 @@ def attach(value: Any, dimension: str, units: Units) -> Any:
     return value if value is None or is_quantity(value) else units.attach(value, dimension)
 
 
-def sizes_in(shape: Solid, units: Units) -> dict[str, float]:
+def sizes_in(shape: Solid, units: Units) -> dict[str, Any]:
     """The numbers that a shape was made with, in a system's units."""
+    if isinstance(shape, Polyhedron):
+        return shape._plain(units)
     return {name: float(units.strip(getattr(shape, name), "length", name)) for name in shape.__slots__}
 
 
 def solid_noted(core: dict[str, Any], name: str | None, what: str) -> dict[str, Any]:
     """The description of a shape with a mass by the core's, and by the name of its class where that is known."""
     axes = core["semi_axes"]
+    if isinstance(axes, dict):
+        return {"shape": "Polyhedron", "size": axes, "mass": core["mass"]}
     kind = SOLIDS[name if name is not None else "PointMass" if axes is None else "Ellipsoid"]
     size = dict(zip(kind.__slots__, axes or (), strict=False))
-    if kind(**size).semi_axes != (None if axes is None else tuple(axes)):
+    made: Any = kind(**size)
+    if made.semi_axes != (None if axes is None else tuple(axes)):
         raise InvalidInput(f"{what} is a {kind.__name__} of semi-axes {axes}; expected fitting ones")
     return {"shape": kind.__name__, "size": size, "mass": core["mass"]}

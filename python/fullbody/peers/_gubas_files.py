@@ -17,10 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
+from ..base.atomic import as_path
+from ..errors import InvalidInput
+from ..model.polyhedron import Polyhedron
+from ..model.shapes import Ellipsoid, Sphere
 from ._gubas_forces import Deformed, Orbit, Outside
 from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text
 
 _Array = npt.NDArray[np.float64]
+_Shape = Ellipsoid | Sphere | Polyhedron
 
 
 @dataclass
@@ -28,8 +33,7 @@ class Start:
     """A relative state along the primary's axes, and spins along each body's own; km, s, kg, rad."""
 
     G: float
-    shapes: tuple[int, int]
-    semi_axes: _Array
+    shapes: tuple[_Shape, _Shape]
     densities: tuple[float, float]
     time: float
     position: _Array
@@ -41,7 +45,6 @@ class Start:
     outside: Outside
 
 
-_POLYHEDRON = "the file asks for a polyhedron, which fullbody does not have"
 _TWO_SUNS = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
 #: Units of an angle in a comment, and not of a rate.
 _ANGLES = re.compile(r"\b(deg|rad)(?:rees?|ians?)?\b(?!\s*/|\s+per\b)", re.IGNORECASE)
@@ -97,6 +100,12 @@ class _Config(Text):
             self.fail(self.line(section, option), f"{option} is {value:g}; expected one of {allowed}")
         return int(value)
 
+    def place(self, section: str, option: str) -> tuple[int, str]:
+        """The line and the text of an option that names a file."""
+        if not self.has(section, option):
+            self.fail(None, f"no {option!r} in the section [{section}]")
+        return self.line(section, option), self._parser.get(section, option).strip()
+
     def on(self, section: str, option: str) -> bool:
         """Whether a switch is on; without the option it is off."""
         return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
@@ -118,16 +127,17 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     shapes = []
     for name in ("Primary", "Secondary"):
         shapes.append(cfg.flag(body, f"{name} Shape Flag", (0, 1, 2)))
-        if shapes[-1] == 2:
-            cfg.fail(cfg.line(body, f"{name} Shape Flag"), _POLYHEDRON)
-    axes = [
+
+    def shape(name: str, flag: int) -> _Shape:
+        if flag == 2:
+            return _mesh(cfg, *(cfg.place(body, f"{name} {part} File") for part in ("Tetrahedron", "Vertex")))
         # Only the first axis of a sphere counts.
-        [
+        axes = [
             cfg.value(body, f"{name} Semi-{size} Axis", POSITIVE if flag or size == "Major" else NUMBER) / 1000.0
             for size in ("Major", "Intermediate", "Minor")
         ]
-        for name, flag in zip(("Primary", "Secondary"), shapes, strict=True)
-    ]
+        return Ellipsoid(*axes) if flag else Sphere(axes[0])
+
     position, velocity, spin_a, spin_b = (
         np.array([cfg.value(start, f"{name} {axis}") for axis in "XYZ"])
         for name in (
@@ -143,8 +153,7 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     settings = ("Integration Settings", "Start Time")
     read = Start(
         G=cfg.value("Gravity Parameter", "G", NOT_NEGATIVE) / 1e9,
-        shapes=(shapes[0], shapes[1]),
-        semi_axes=np.array(axes),
+        shapes=(shape("Primary", shapes[0]), shape("Secondary", shapes[1])),
         densities=(density[0], density[1]),
         time=cfg.value(*settings) if cfg.has(*settings) else 0.0,
         position=position / 1000.0,
@@ -193,6 +202,31 @@ def _outside(cfg: _Config) -> Outside:
     if tides:
         found.tides = deformed("Primary"), deformed("Secondary")
     return found
+
+
+def _mesh(file: Text, faces: tuple[int, str], vertices: tuple[int, str]) -> Polyhedron:
+    """A polyhedron of two tables beside the file: vertices in metres after their number, and faces, counted from one.
+
+    The program takes the tetrahedra from the origin without their signs, so that faces may be turned anyhow.
+    """
+    tables = []
+    for line, name in (vertices, faces):
+        if not (place := as_path(file.path).parent / name).is_file():
+            file.fail(line, f"no file {name!r} of a polyhedron beside this one")
+        text = Text(place)
+        rows = [row for row in (re.split(r"[,\s]+", row.strip().strip(",")) for row in text.lines) if row != [""]]
+        if len({len(row) for row in rows}) != 1 or len(rows[0]) < 3:
+            file.fail(line, f"{name} is no table of three numbers, or a number and three; expected one")
+        tables.append(np.array([[text.number(k, word, "a number") for word in row] for k, row in enumerate(rows, 1)]))
+    points, corners = tables[0][:, -3:] / 1000.0, tables[1][:, :3].astype(np.int64) - 1
+    if corners.min() < 0 or corners.max() >= len(points):
+        file.fail(faces[0], f"{faces[1]} names vertices from 1 to {corners.max() + 1}; expected 1 to {len(points)}")
+    inward = np.linalg.det(points[corners]) < 0.0
+    corners[inward] = corners[inward][:, ::-1]
+    try:
+        return Polyhedron(points, corners)
+    except InvalidInput as error:
+        file.fail(faces[0], f"{faces[1]}: {error}")
 
 
 def _turn(cfg: _Config, section: str, name: str) -> _Array:
@@ -291,9 +325,7 @@ def read_numbers(path: Any) -> Start:
     shapes = []
     for index in (10, 11):
         flag = value(index, "a shape flag")
-        if flag == 2:
-            file.fail(index + 1, _POLYHEDRON)
-        if flag not in (0, 1):
+        if flag not in (0, 1, 2):
             file.fail(index + 1, f"the shape flag is {flag:g}; expected 0 (sphere), 1 (ellipsoid) or 2 (polyhedron)")
         shapes.append(int(flag))
     state = values(_BEFORE + _FILES, _STATE, "a number of the state")
@@ -302,13 +334,19 @@ def read_numbers(path: Any) -> Start:
         _rotation(file, first + k, name, state[k : k + 9].reshape(3, 3))
         for name, k in (("A into N", 12), ("B into A", 21))
     )
-    # Only the first axis of a sphere counts.
-    kinds = [POSITIVE if shapes[k // 3] or k % 3 == 0 else NUMBER for k in range(6)]
-    axes = [value(4 + k, "a semi-axis", kind) for k, kind in enumerate(kinds)]
+
+    def shape(body: int) -> _Shape:
+        if shapes[body] == 2:
+            places = (_BEFORE + 4 + 2 * body, _BEFORE + 5 + 2 * body)
+            return _mesh(file, *((index + 1, lines[index].strip()) for index in places))
+        # Only the first axis of a sphere counts.
+        kinds = [POSITIVE if shapes[body] or k == 0 else NUMBER for k in range(3)]
+        axes = [value(4 + 3 * body + k, "a semi-axis", kind) / 1000.0 for k, kind in enumerate(kinds)]
+        return Ellipsoid(*axes) if shapes[body] else Sphere(axes[0])
+
     return Start(
         G=value(0, "G", NOT_NEGATIVE),
-        shapes=(shapes[0], shapes[1]),
-        semi_axes=np.array(axes).reshape(2, 3) / 1000.0,
+        shapes=(shape(0), shape(1)),
         densities=(value(12, "the primary's density", POSITIVE), value(13, "the secondary's density", POSITIVE)),
         time=value(14, "the start time"),
         position=state[0:3],

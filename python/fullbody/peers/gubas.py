@@ -11,7 +11,7 @@ from ..base.atomic import as_path
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
-from ..model.shapes import Ellipsoid, Sphere
+from ._meshes import along_body_axes
 from ._text import naming
 
 if TYPE_CHECKING:
@@ -39,6 +39,9 @@ def read_gubas(
     ``ic_input.txt``; a density is g/cm^3 in the former and kg/km^3 in the latter, which writes semi-axes in metres
     beside a state in kilometres. The barycentre is put at rest at the origin. ``ic_input.txt`` is read in its three
     published layouts: without fly-by, with it, and with fly-by and heliocentric orbit.
+
+    A polyhedron's tables of vertices and faces are looked for beside the file. Its state is that of its centre of mass
+    and its principal axes; where the tables are not in these already, as that program takes them, a warning tells.
 
     What is switched on beside gravity becomes forces of the system, computed rightly where GUBAS errs (see the
     warnings). "Flyby" and "Heliocentric Orbit" are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun.
@@ -71,8 +74,8 @@ def read_gubas(
     ------
     InvalidInput
         For what is not there, and for what is no number, not above zero or no rotation, with the file's line; for
-        angles beside comments of both units; for two Suns; and for what this package does not have: polyhedra and the
-        separate file of initial conditions (Fahnestock's).
+        angles beside comments of both units; for two Suns; for a polyhedron with a bad face; and for what this
+        package does not have: the separate file of initial conditions (Fahnestock's).
 
     Warns
     -----
@@ -123,10 +126,8 @@ def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tup
         raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
     with naming(path):
         bodies = [
-            Body(_shape(flag, axes), density=density, name=name)
-            for name, flag, axes, density in zip(
-                ("primary", "secondary"), start.shapes, start.semi_axes, start.densities, strict=True
-            )
+            Body(shape, density=density, name=name)
+            for name, shape, density in zip(("primary", "secondary"), start.shapes, start.densities, strict=True)
         ]
         system = System(bodies, G=start.G, units=_UNITS if units else None, **options)
         q_a = quaternion(start.a_to_n)
@@ -139,18 +140,16 @@ def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tup
             system = system.with_forces([*system.forces, *outside])
         total = sum(body.mass for body in bodies)
         share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
+        own = np.array([q_a, q_b]), np.array([start.spin_a, start.spin_b])
+        attitude, spin = along_body_axes(path, bodies, *own)
         attach = system._units.attach
         state = State(
             attach(share * (start.a_to_n @ start.position), "length"),
             attach(share * (start.a_to_n @ start.velocity), "velocity"),
-            np.array([q_a, q_b]),
-            attach(np.array([start.spin_a, start.spin_b]), "spin"),
+            attitude,
+            attach(spin, "spin"),
             attach(np.float64(start.time), "time"),
         )
     for doubt in start.outside.doubts():
         caution(f"{path} asks for {doubt}", UserWarning)
     return system, state._named(system.names)
-
-
-def _shape(flag: int, axes: Any) -> Ellipsoid | Sphere:
-    return Sphere(float(axes[0])) if flag == 0 else Ellipsoid(*(float(axis) for axis in axes))

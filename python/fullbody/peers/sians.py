@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import named_options
+from ..base.atomic import as_path
 from ..base.units import Units
 from ..errors import InvalidInput, caution
 from ..forces import ThirdBody
 from ..model.bodies import Body
+from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass
 from ..orbit.elements import KeplerElements
-from ._text import Text, naming
+from ._meshes import along_body_axes
+from ._text import POSITIVE, Text, naming
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -44,7 +47,9 @@ _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angula
 def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, State]:
     """A system and its state from an input file of SIANS (``initial_values/*.txt``).
 
-    Bodies are ellipsoids, or points where all semi-axes are zero. Angles are degrees, as that program takes them
+    Bodies are ellipsoids, points where all semi-axes are zero, or polyhedra in OBJ files beside the input file or in
+    the folder above, with a factor of their size. A polyhedron's state is that of its centre of mass and its principal
+    axes; a warning tells where the file is in other axes. Angles are degrees, as that program takes them
     (a comment in its example file says radians), and angular velocities are along the body axes, per unit time.
     With ``kepler: 2`` (semi-major axis, eccentricity, inclination; node, argument of periapsis, mean anomaly) and
     ``kepler: 1`` (period, eccentricity, inclination; node, argument of periapsis, mean longitude counted from the
@@ -73,8 +78,8 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     ------
     InvalidInput
         For what is not a number, with the file's line, or not there (``kepler`` decides whether positions are elements
-        and has no default); and for what this package does not have: polyhedra, Kepler elements of more than two
-        bodies.
+        and has no default); for a polyhedron with a bad face; and for what this package does not have:
+        Kepler elements of more than two bodies.
 
     Warns
     -----
@@ -153,6 +158,9 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
             attach(spin, "spin"),
             attach(np.float64(0.0), "time"),
         )
+        if any(body.working_frame is not None for body in bodies):
+            attitude, spin = along_body_axes(path, bodies, state.attitude, spin)
+            state = State(state.position, state.velocity, attitude, attach(spin, "spin"), state.time)
     if forces:
         text = "the Sun's gravity: SIANS's pulls on the bodies' centres alone; here it also turns the bodies"
         caution(f"{path} asks for {text}", UserWarning)
@@ -265,19 +273,33 @@ def _bodies(file: _File) -> list[Body]:
     for name, (line, words), (axes_line, axes) in zip(names, rows, file.rows("semi-axes", len(rows)), strict=True):
         if len(words) != 1:
             file.fail(line, f"{len(words)} words for a mass; expected one number")
-        if len(axes) in (1, 2):
-            file.fail(axes_line, f"the file asks for the polyhedron {axes[0]!r}, which fullbody does not have")
-        if len(axes) != 3:
-            file.fail(axes_line, f"{len(axes)} words for semi-axes; expected three numbers")
+        if len(axes) not in (1, 2, 3):
+            file.fail(axes_line, f"{len(axes)} words for semi-axes; expected three numbers, or a polyhedron's file")
         value = file.product(line, words[0], "mass")
-        sizes = [file.product(axes_line, axis, "a semi-axis") for axis in axes]
         try:
-            shape = Ellipsoid(*sizes) if any(sizes) else PointMass()
+            shape = _shape(file, axes_line, axes)
             # The program multiplies a density by the volume too.
             bodies.append(Body(shape, **{"density" if file.switches["density"] else "mass": value}, name=name))
         except InvalidInput as error:
             file.fail(axes_line if "axis" in str(error) else line, str(error))
     return bodies
+
+
+def _shape(file: _File, line: int, words: list[str]) -> Ellipsoid | PointMass | Polyhedron:
+    """Semi-axes, or the file of a polyhedron and a factor of its size."""
+    if len(words) == 3:
+        sizes = [file.product(line, axis, "a semi-axis") for axis in words]
+        return Ellipsoid(*sizes) if any(sizes) else PointMass()
+    # The program runs in the folder above that of its input files.
+    folder = as_path(file.path).parent
+    places = [place for place in (folder / words[0], folder.parent / words[0]) if place.exists()]
+    if not places:
+        file.fail(line, f"no file {words[0]!r} beside this one or in the folder above")
+    shape = Polyhedron.load(places[0])
+    if len(words) == 1:
+        return shape
+    factor = file.number(line, words[1], "the factor of a polyhedron's size", POSITIVE)
+    return Polyhedron(shape.vertices * factor, shape.faces)
 
 
 def _names(file: _File, count: int) -> list[str | None]:

@@ -281,17 +281,20 @@ def attitudes_of(run: BaseRun, body: int) -> _core.State:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """The ellipsoid of a part that is matter, in its body's frame, in the system's units.
+    """The surface of a part that is matter, in its body's frame, in the system's units.
 
     Attributes
     ----------
     columns : ndarray, (3, 3)
-        The semi-axes as vectors, one a column.
+        The semi-axes as vectors, one a column; of a polyhedron those of the sphere around it.
     position : ndarray, (3,)
+    triangles : ndarray, (F, 3, 3), optional
+        The corners of a polyhedron's faces where that sphere is the unit sphere.
     """
 
     columns: Array
     position: Array
+    triangles: Array | None = None
 
     @property
     def reach(self) -> float:
@@ -302,10 +305,17 @@ class Surface:
 def surfaces(run: BaseRun, body: int) -> list[Surface]:
     """The surfaces of a body; none of a point. Voids have none to draw."""
     parts = run.system.bodies[body]._core(run.system._units, body).parts
+
+    def surface(shape: Any, position: Any, rotation: Any) -> Surface:
+        if not isinstance(shape, _core.Polyhedron):
+            return Surface(np.array(rotation) * shape, np.array(position))
+        size = shape.circumradius
+        return Surface(np.array(rotation) * size, np.array(position), (shape.vertices / size)[shape.faces])
+
     return [
-        Surface(np.array(rotation) * axes, np.array(position))
-        for axes, mass, position, rotation in parts
-        if axes is not None and mass > 0.0
+        surface(shape, position, rotation)
+        for shape, mass, position, rotation in parts
+        if shape is not None and mass > 0.0
     ]
 
 

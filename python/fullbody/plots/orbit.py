@@ -19,6 +19,7 @@ from ._style import (
     label,
     legend,
     line,
+    matplotlib,
     single,
     split_far,
     surfaces,
@@ -71,6 +72,13 @@ def _outline(ax: Any, run: BaseRun, body: int, centre: Array, plane: list[int]) 
     turn = np.linspace(0.0, 2.0 * np.pi, 73)
     for surface in drawn:
         columns = matrix @ surface.columns
+        if surface.triangles is not None:
+            corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
+            # No edges: the outline is that of all faces together.
+            faces = matplotlib("collections").PolyCollection(corners, facecolor="0.8", edgecolor="0.8", linewidth=0.3)
+            faces.set_zorder(3)
+            ax.add_collection(faces)
+            continue
         edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
         place = centre + matrix @ surface.position
         ax.fill(*(place[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)

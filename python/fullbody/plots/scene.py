@@ -112,8 +112,13 @@ def draw_body(
     style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
     artists = []
     for k, surface in enumerate(drawn):
+        named = {"label": name} if k == 0 else {}
+        if surface.triangles is not None:
+            corners = (surface.triangles @ surface.columns.T + surface.position) @ matrix.T + centre
+            artists.append(ax.add_collection3d(_facets(corners, {**style, **named, **kwargs})))
+            continue
         x, y, z = np.moveaxis((ball @ surface.columns.T + surface.position) @ matrix.T + centre, -1, 0)
-        artists.append(ax.plot_surface(x, y, z, **{**style, **({"label": name} if k == 0 else {}), **kwargs}))
+        artists.append(ax.plot_surface(x, y, z, **{**style, **named, **kwargs}))
     whole = reach(run, body)
     for column, letter in enumerate("xyz"):
         # From the surface outwards: a plot in 3D hides no line behind a body, so none is drawn inside.
@@ -121,6 +126,16 @@ def draw_body(
         ends = centre + np.outer([max(edge, 0.0), _REACH * whole], matrix[:, column])
         artists += ax.plot(*ends.T, **line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
     return artists
+
+
+def _facets(corners: Array, style: dict[str, Any]) -> Any:
+    """Triangles (F, 3, 3) in 3D, with the options of a surface."""
+    colour = style.pop("color")
+    style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
+    style.setdefault("facecolors", style.pop("facecolor", colour))
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    return Poly3DCollection(corners, shade=True, **style)
 
 
 def frame(ax: Any, run: BaseRun, centres: Array, bodies: list[int]) -> None:

@@ -10,7 +10,8 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
 
     [[body]]
     name = "Alpha"
-    semi_axes = [0.766, 0.7475, 0.6735]   # or radius = 0.7, or point = true
+    semi_axes = [0.766, 0.7475, 0.6735]   # or radius = 0.7, or point = true, or polyhedron = "alpha.obj"
+                                          # or { vertices = [[1, 0, 0], ...], faces = [[0, 1, 2], ...] }
     mass = 2.353e12                       # or density = "2 g/cm3"
     angles = ["3.2 deg", 0, 0]            # Tait-Bryan; or attitude = [w, x, y, z]
     spin = [0, 0, 2.2728]                 # body frame; or rotation_period = "2.7645 hour", about the body's z
@@ -75,6 +76,7 @@ from ..files.netcdf import SUFFIXES
 from ..model.bodies import Body
 from ..model.composite import Composite, Part
 from ..model.force import Force
+from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass, Solid, Sphere
 from ..model.state import State
 from ..motion.simulation import System
@@ -89,7 +91,7 @@ __all__ = ["Setup", "read_toml"]
 
 _RUN = ("until", "output", "start", "origin", "file")
 #: What a shape with a mass is told by.
-_SOLID = ("semi_axes", "radius", "point", "mass", "density")
+_SOLID = ("semi_axes", "radius", "point", "polyhedron", "mass", "density")
 _PART = (*_SOLID, "position", "angles", "attitude")
 _BODY = (
     *("name", *_SOLID, "part"),
@@ -268,9 +270,11 @@ def _composite(table: Table) -> Body:
 
 
 def _shape(table: Table) -> Solid:
-    key = table.one_of("semi_axes", "radius", "point")
+    key = table.one_of("semi_axes", "radius", "point", "polyhedron")
     if key is None:
-        raise table.fault("", "has none of semi_axes, radius, point; expected one of them")
+        raise table.fault("", "has none of semi_axes, radius, point, polyhedron; expected one of them")
+    if key == "polyhedron":
+        return _polyhedron(table)
     with table.naming(key):
         if key == "semi_axes":
             return Ellipsoid(*map(float, table.vector(key, "length", 3)))
@@ -279,6 +283,18 @@ def _shape(table: Table) -> Solid:
         if table.content[key] is not True:
             raise table.fault(key, f"is {table.content[key]!r}; expected true")
         return PointMass()
+
+
+def _polyhedron(table: Table) -> Polyhedron:
+    """A shape from a file beside this one, or in place; its numbers are in the system's units."""
+    if isinstance(table.content["polyhedron"], str):
+        with table.naming("polyhedron"):
+            return Polyhedron.load(table.path.parent / table.text("polyhedron"))
+    mesh = table.table("polyhedron").only("vertices", "faces")
+    faces = mesh.take("faces", "lists of three whole numbers")
+    mesh.take("vertices", "lists of three numbers")
+    with mesh.naming(""):
+        return Polyhedron(np.array(mesh.array("vertices", "length")), faces)
 
 
 def _integrator(table: Table) -> Any:

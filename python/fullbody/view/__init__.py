@@ -58,7 +58,11 @@ class View:
         self._data = {
             "names": list(run.system.names),
             "surfaces": [
-                [{"columns": s.columns.T.ravel().tolist(), "position": s.position.tolist()} for s in surfaces(run, k)]
+                [
+                    {"columns": s.columns.T.ravel().tolist(), "position": s.position.tolist()}
+                    | ({} if s.triangles is None else {"triangles": _pack(s.triangles, "<f4")})
+                    for s in surfaces(run, k)
+                ]
                 for k in range(len(run.system))
             ],
             "length": unit(run, "length"),

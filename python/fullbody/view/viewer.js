@@ -1,18 +1,19 @@
 "use strict";
-// Bodies of ellipsoids with their axes and paths in WebGL. Positions are from the barycentre, attitudes are unit quaternions
+// Bodies of ellipsoids and polyhedra with their axes and paths in WebGL. Positions are from the barycentre, attitudes are unit quaternions
 // [w, x, y, z] that turn body axes into inertial ones; between samples both are interpolated.
 // Seconds that a whole run takes at speed 1.
 const SECONDS = 30;
 const COLOURS = [[0.45, 0.68, 0.85], [0.95, 0.65, 0.4], [0.75, 0.75, 0.75], [0.5, 0.75, 0.6], [0.85, 0.65, 0.75]];
 const AXES = [[0, 0.447, 0.698], [0.902, 0.624, 0], [0, 0, 0]];
 const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 columns, normals; uniform vec3 centre;
-varying vec3 normal; varying vec3 ball;
-void main() { ball = point; normal = normals * point;
-  gl_Position = camera * vec4(columns * point + centre, 1.0); }`;
+varying vec3 normal; varying vec3 ball; varying vec3 place;
+void main() { ball = normalize(point); normal = normals * point; place = columns * point;
+  gl_Position = camera * vec4(place + centre, 1.0); }`;
 // A net of meridians and parallels shows the turning of a body whose outline does not change.
 const SHADE = `#extension GL_OES_standard_derivatives : enable
-precision highp float; varying vec3 normal; varying vec3 ball; uniform vec3 colour, light;
-void main() { float lit = 0.45 + 0.55 * max(dot(normalize(normal), light), 0.0);
+precision highp float; varying vec3 normal; varying vec3 ball; varying vec3 place; uniform vec3 colour, light; uniform bool faceted;
+void main() { vec3 up = faceted ? cross(dFdx(place), dFdy(place)) : normal;  // that of a face looks at the eye
+  float lit = 0.45 + 0.55 * max(dot(normalize(up), light), 0.0);
   float lon = atan(ball.y, ball.x) * 3.8197186, lat = asin(clamp(ball.z, -1.0, 1.0)) * 3.8197186;
   float wide = sqrt(max(1.0 - ball.z * ball.z, 0.0)), pixel = 3.8197186 * length(fwidth(ball));
   float net = min(abs(fract(lon + 0.5) - 0.5) * wide, abs(fract(lat + 0.5) - 0.5));
@@ -100,7 +101,12 @@ function show(data) {
   const surfaces = data.surfaces.map(parts => parts.length ? parts : [dot]);
 
   const solid = program(gl, SURFACE, SHADE), flat = program(gl, LINE, FLAT);
-  const ball = sphere(48, 24), ballBuffer = buffer(gl, ball);
+  const ball = sphere(48, 24), round = { buffer: buffer(gl, ball), count: ball.length / 3 };
+  const shapes = surfaces.map(parts => parts.map(part => {
+    if (!part.triangles) return round;
+    const corners = unpack(part.triangles, Float32Array);
+    return { buffer: buffer(gl, corners), count: corners.length / 3, faceted: true };
+  }));
   const paths = data.names.map((_, b) => {
     const points = [];
     for (let k = 0; k < samples; k++) points.push(...centre(k, b));
@@ -184,22 +190,24 @@ function show(data) {
     const light = [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
     bodies.forEach((body, b) => {
       gl.useProgram(solid);
-      gl.bindBuffer(gl.ARRAY_BUFFER, ballBuffer);
       const at = gl.getAttribLocation(solid, "point"), uniform = name => gl.getUniformLocation(solid, name);
       gl.enableVertexAttribArray(at);
-      gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
       gl.uniformMatrix4fv(uniform("camera"), false, view.columns);
       gl.uniform3fv(uniform("colour"), COLOURS[b % COLOURS.length]);
       gl.uniform3fv(uniform("light"), light);
-      for (const part of surfaces[b]) {
+      surfaces[b].forEach((part, p) => {
+        const shape = shapes[b][p];
+        gl.bindBuffer(gl.ARRAY_BUFFER, shape.buffer);
+        gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
+        gl.uniform1i(uniform("faceted"), shape.faceted ? 1 : 0);
         const columns = [0, 3, 6].map(c => apply(body.turn, part.columns.slice(c, c + 3)));
         // The columns are orthogonal: a normal is along the columns over their squared lengths.
         const normals = columns.map(v => v.map(x => x / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])));
         gl.uniformMatrix3fv(uniform("columns"), false, columns.flat());
         gl.uniformMatrix3fv(uniform("normals"), false, normals.flat());
         gl.uniform3fv(uniform("centre"), apply(body.turn, part.position).map((v, c) => v + body.centre[c]));
-        gl.drawArrays(gl.TRIANGLES, 0, ball.length / 3);
-      }
+        gl.drawArrays(gl.TRIANGLES, 0, shape.count);
+      });
       strip(paths[b], samples, gl.LINE_STRIP, b ? [0.55, 0.5, 0.45] : [0.45, 0.5, 0.55], [0, 0, 0], view);
       if (!data.surfaces[b].length) return;
       for (let c = 0; c < 3; c++) {

@@ -1,0 +1,90 @@
+"""Speed of polyhedra: the field by face and point, and an interaction with an ellipsoid at the distance of 1999 KW4.
+
+The field stands beside that of polyhedral-gravity, where it is installed, both on one core.
+"""
+
+import os
+
+os.environ["RAYON_NUM_THREADS"] = "1"
+
+import time
+
+import fullbody
+import numpy as np
+from fullbody import _core
+from fullbody.systems import kw4_ho2021
+
+
+def globe(rings, meridians, axes):
+    """Triangles between meridians and parallels of an ellipsoid."""
+    theta = np.pi * np.arange(1, rings) / rings
+    phi = 2.0 * np.pi * np.arange(meridians) / meridians
+    ring = np.stack(
+        [np.outer(np.sin(theta), np.cos(phi)), np.outer(np.sin(theta), np.sin(phi)), np.outer(np.cos(theta), phi**0)],
+        -1,
+    )
+    points = np.concatenate([[[0.0, 0.0, 1.0]], ring.reshape(-1, 3), [[0.0, 0.0, -1.0]]]) * axes
+    faces, last = [], len(points) - 1
+    for j in range(meridians):
+        k = (j + 1) % meridians
+        faces.append((0, 1 + j, 1 + k))
+        for i in range(rings - 2):
+            a, b = 1 + i * meridians, 1 + (i + 1) * meridians
+            faces += [(a + j, b + j, b + k), (a + j, b + k, a + k)]
+        base = 1 + (rings - 2) * meridians
+        faces.append((last, base + k, base + j))
+    return points, np.array(faces)
+
+
+def best(work, repeat=5):
+    """The shortest of some times, s."""
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def field():
+    vertices, faces = globe(26, 40, (1.0, 0.9, 0.8))
+    points = np.random.default_rng(0).normal(size=(500, 3))
+    points *= 1.5 / np.linalg.norm(points, axis=1)[:, None]
+    ours = _core.Polyhedron(vertices, faces)
+    ours.gravity(points[:1], True)
+    pairs = len(points) * len(faces)
+    print(f"field of {len(faces)} faces, ns a point and face:")
+    print(f"  fullbody            {best(lambda: ours.gravity(points, True)) / pairs * 1e9:8.1f}")
+    try:
+        import polyhedral_gravity as peer
+    except ModuleNotFoundError:
+        print("  polyhedral-gravity  not installed")
+        return
+    other = peer.Polyhedron(
+        polyhedral_source=(vertices, faces),
+        density=1.0,
+        normal_orientation=peer.NormalOrientation.OUTWARDS,
+        integrity_check=peer.PolyhedronIntegrity.DISABLE,
+    )
+    taken = best(lambda: peer.evaluate(polyhedron=other, computation_points=points, parallel=False), 3)
+    print(f"  polyhedral-gravity  {taken / pairs * 1e9:8.1f}")
+
+
+def interaction():
+    system, state = kw4_ho2021()
+    alpha, beta = system.bodies
+    for rings, meridians in ((13, 20), (26, 40), (51, 100)):
+        vertices, faces = globe(rings, meridians, (0.766, 0.7475, 0.6735))
+        body = fullbody.Body(fullbody.Polyhedron(vertices, faces), mass=alpha.mass, name="Alpha")
+        pair = fullbody.System([body, beta], G=system.G)
+        # The moments are made once.
+        pair.interactions(state)
+        run = pair.integrate(state, 20.0)
+        taken = best(lambda pair=pair: pair.integrate(state, 20.0), 3)
+        each = taken / run.statistics.evaluations * 1e6
+        print(f"interaction of {len(faces):6d} faces with an ellipsoid: {each:6.1f} us")
+
+
+if __name__ == "__main__":
+    field()
+    interaction()

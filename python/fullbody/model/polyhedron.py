@@ -1,0 +1,242 @@
+"""Polyhedra: bodies within triangles."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.arguments import named_options, vectors
+from ..base.units import Units, is_quantity, need
+from ..base.values import same
+from ..errors import InvalidInput
+from ..typing import Scalar
+
+__all__ = ["Polyhedron"]
+
+_Numbers = npt.NDArray[np.float64]
+_Indices = npt.NDArray[np.signedinteger[Any]]
+
+
+@named_options
+class Polyhedron:
+    """A homogeneous polyhedron: a solid within triangles.
+
+    Its gravity is exact at every distance, near by as a sum over faces and edges (Werner and Scheeres 1996). The body
+    frame has its origin in the centre of mass and its axes along the principal axes of inertia, turned as little as
+    possible from the working frame that the vertices are given in; :attr:`fullbody.Body.working_frame` tells where that
+    went.
+
+    Parameters
+    ----------
+    vertices : array_like or Quantity, (V, 3)
+        Points, in any working frame.
+    faces : array_like of int, (F, 3)
+        Places of three vertices each, from 0, counterclockwise as seen from outside.
+
+    Raises
+    ------
+    InvalidInput
+        Naming the face, for a surface that is not closed, for faces turned inward or against each other, doubled,
+        crossing or touching others, or without an area; for a volume that is zero.
+
+    See Also
+    --------
+    fullbody.Polyhedron.load
+
+    Notes
+    -----
+    Several closed surfaces make one polyhedron: pieces side by side, or a hollow, whose faces are turned away from the
+    solid.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> wedge = fullbody.Polyhedron(corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> wedge
+    Polyhedron(4 vertices, 4 faces)
+    >>> round(wedge.volume, 6)
+    0.166667
+    >>> body = fullbody.Body(wedge, density=6.0)
+    >>> body.potential([0.0, 0.0, 100.0], G=1.0).round(6)
+    np.float64(0.01)
+    """
+
+    __slots__ = ("_faces", "_made", "_vertices")
+
+    def __init__(self, vertices: Any, faces: Any) -> None:
+        points: Any = vectors(vertices, "vertices")
+        self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
+        try:
+            given = np.asarray(faces)
+            found = given.astype(np.int64)
+            whole = given.ndim == 2 and given.shape[1:] == (3,) and bool(np.all(found == given))
+        except (TypeError, ValueError):
+            whole = False
+        if not whole:
+            raise InvalidInput(f"faces is of shape {np.shape(faces)}; expected whole numbers (F, 3)")
+        self._faces: npt.NDArray[np.int64] = found
+        plain = points.value if is_quantity(points) else points
+        self._made = _core.Polyhedron(np.ascontiguousarray(plain, dtype=np.float64), np.ascontiguousarray(found))
+        for array in (self._vertices, self._faces):
+            array.flags.writeable = False
+
+    @property
+    def vertices(self) -> Any:
+        """Vertices (V, 3) as given, in the working frame."""
+        return self._vertices
+
+    @property
+    def faces(self) -> npt.NDArray[np.int64]:
+        """Vertices of each face (F, 3)."""
+        return self._faces
+
+    @property
+    def volume(self) -> Scalar:
+        """Volume of the solid."""
+        volume: Any = self._made.volume
+        cubed: Scalar = volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
+        return cubed
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], unit: Any = None, *, heal: bool = False) -> Polyhedron:
+        """A polyhedron from a file.
+
+        Parameters
+        ----------
+        path : path-like
+            OBJ, PLY or STL, by its ending; any other file is a table of shape archives: numbers of vertices and faces,
+            then a row for each, of which the first column may be its number; or rows that begin with v and f.
+        unit : Unit or str, optional
+            Unit of the file's numbers, which are plain numbers without it. The formats do not tell.
+        heal : bool
+            Whether a surface that is not closed, oriented and outward may be made so: vertices at one place merged,
+            faces without an area or doubled left out, small holes filled, faces turned outward.
+
+        Raises
+        ------
+        InvalidInput
+            As of the class; for a file that has no such table.
+        ModuleNotFoundError
+            Without trimesh, the extra ``shapes``, for OBJ, PLY and STL and for healing.
+        """
+        path = Path(path)
+        try:
+            vertices, faces = _read(path)
+            if heal:
+                vertices, faces = _healed(vertices, faces)
+        except FileNotFoundError:
+            raise FileNotFoundError(f"no file {path}") from None
+        except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
+            raise InvalidInput(f"{path} is no shape that can be read: {error}") from error
+        if unit is not None:
+            with need("units", "a unit"):
+                from astropy import units as u
+            vertices = vertices * u.Unit(unit)
+        try:
+            return cls(vertices, faces)
+        except InvalidInput as error:
+            hint = "" if heal else " (heal=True mends small faults)"
+            raise InvalidInput(f"{path}: {error}{hint}") from error
+
+    def _core(self, units: Units, name: str) -> _core.Polyhedron:
+        """The core's polyhedron in a system's units."""
+        first = self._vertices[:1]
+        if not is_quantity(first) or not units.known:
+            units.strip(first, "length", f"vertices of {name}")
+            return self._made
+        from astropy import units as u
+
+        factor = units.strip(u.Quantity(1.0, first.unit), "length", f"vertices of {name}")
+        return self._made if factor == 1.0 else self._made.scaled(float(factor))
+
+    def _plain(self, units: Units) -> dict[str, Any]:
+        """What it is made with, in a system's units."""
+        made = self._core(units, "the polyhedron")
+        return {"vertices": made.given.tolist(), "faces": self._faces.tolist()}
+
+    def _with(self, units: Units) -> Polyhedron:
+        if is_quantity(self._vertices):
+            return self
+        other = object.__new__(Polyhedron)
+        other._vertices, other._faces, other._made = (
+            units.attach(self._vertices, "length"),
+            self._faces,
+            self._made,
+        )
+        return other
+
+    def __repr__(self) -> str:
+        return f"Polyhedron({len(self._vertices)} vertices, {len(self._faces)} faces)"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Polyhedron):
+            return NotImplemented
+        return same((self._vertices, self._faces), (other._vertices, other._faces))
+
+    def __hash__(self) -> int:
+        return hash((Polyhedron, self._faces.tobytes()))
+
+    def __reduce__(self) -> Any:
+        return Polyhedron, (self._vertices, self._faces)
+
+
+def _read(path: Path) -> tuple[_Numbers, _Indices]:
+    kind = path.suffix.lower().removeprefix(".")
+    if kind in ("obj", "ply", "stl"):
+        return _by_trimesh(path, kind)
+    text = path.read_text(encoding="utf-8")
+    rows = [row.split() for line in text.splitlines() if (row := line.partition("#")[0].strip())]
+    if rows and rows[0][0] in ("v", "V"):
+        return (
+            np.array([row[1:4] for row in rows if row[0] in ("v", "V")], dtype=np.float64),
+            np.array([row[1:4] for row in rows if row[0] in ("f", "F")], dtype=np.int64) - 1,
+        )
+    return _table(rows)
+
+
+def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
+    """Vertices and faces below their numbers; those of the faces may stand above the faces."""
+    if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
+        raise ValueError("expected the number of vertices, or those of vertices and faces, in the first row")
+    count = int(rows[0][0])
+    points, rest = rows[1 : count + 1], rows[count + 1 :]
+    faces = int(rows[0][1]) if len(rows[0]) == 2 else int(rest[0][0])
+    corners = rest if len(rows[0]) == 2 else rest[1:]
+    if len(points) != count or len(corners) != faces:
+        raise ValueError(f"it has {len(points)} of {count} vertices and {len(corners)} of {faces} faces")
+    if any(len(row) not in (3, 4) for row in points + corners):
+        raise ValueError("expected three numbers in a row, or their place and three")
+    vertices = np.array([row[-3:] for row in points], dtype=np.float64)
+    indices = np.array([row[-3:] for row in corners], dtype=np.int64)
+    # Archives count from 1, programs from 0.
+    return vertices, indices - 1 if indices.min() > 0 else indices
+
+
+def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
+    with need("shapes", f"a shape from {path.suffix.upper().removeprefix('.')}"):
+        import trimesh
+
+    with path.open("rb") as file:
+        mesh: Any = trimesh.load(file, file_type=kind, process=False, force="mesh")
+    vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+    if kind == "stl":
+        # The format has each vertex once for each of its faces.
+        vertices, places = np.unique(vertices, axis=0, return_inverse=True)
+        faces = places.reshape(-1)[faces]
+    return vertices, faces
+
+
+def _healed(vertices: _Numbers, faces: _Indices) -> tuple[_Numbers, _Indices]:
+    with need("shapes", "healing a shape"):
+        import trimesh
+
+    mesh: Any = trimesh.Trimesh(vertices, faces, process=True, validate=True)
+    mesh.fill_holes()
+    mesh.fix_normals(multibody=True)
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)

@@ -1,0 +1,46 @@
+"""Polyhedra of other programs' input files: their own axes beside the body frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import rotations
+from ..errors import caution
+from ..model.bodies import Body
+
+__all__ = ["along_body_axes"]
+
+_Array = npt.NDArray[np.float64]
+#: Angles, and shares of the size, by which a shape may be off its principal frame without a word: files are rounded.
+_OFF = 1e-3
+
+
+def along_body_axes(path: Any, bodies: Sequence[Body], attitude: _Array, spin: _Array) -> tuple[_Array, _Array]:
+    """Quaternions (N, 4) and spins (N, 3) of the body frames, from those of the axes that shapes are given in.
+
+    The programs put a body where its centre of mass is, and take the axes of its vertices as its own.
+    """
+    attitude, spin = attitude.copy(), spin.copy()
+    for k, body in enumerate(bodies):
+        frame = body.working_frame
+        if frame is None:
+            continue
+        turn = rotations.matrices(frame.attitude)
+        spin[k] = turn @ spin[k]
+        back = frame.attitude * [1.0, -1.0, -1.0, -1.0]
+        attitude[k] = rotations.product(attitude[k], back)
+        angle = 2.0 * np.arctan2(np.linalg.norm(frame.attitude[1:]), abs(frame.attitude[0]))
+        size = max(body._core(body._own_units(), 0).semi_axes)
+        offset = np.linalg.norm(frame.position) / size
+        if angle > _OFF or offset > _OFF:
+            caution(
+                f"{path}: the shape of {body.name or f'body {k}'} is not given in its principal frame: it is turned by "
+                f"{np.degrees(angle):.3g} degrees, and its centre of mass is {offset:.3g} of its size from the origin; "
+                "the state is that of its centre of mass, and the attitude that of its principal axes",
+                UserWarning,
+            )
+    return attitude, spin

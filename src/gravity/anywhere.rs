@@ -1,0 +1,78 @@
+//! A polyhedron's gravity at single points, near or far, inside or outside.
+//!
+//! Takes points from its centre of mass and gives Phi, g and dg/dx per unit GM: by its facets near by, and as a layer of the degree
+//! that the distance needs where the facets' sums would lose digits.
+
+use super::{Facets, Layer, PolyhedralField};
+use crate::error::Result;
+use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
+use crate::shape::Polyhedron;
+use pulp::Arch;
+
+/// Degrees of the layers.
+const DEGREES: [usize; 3] = [24, 12, 6];
+
+/// What a layer leaves out, relative to the field.
+const TOLERANCE: f64 = 1e-16;
+
+/// Distance in sizes of the body beyond which the squares of doubles may be out of range.
+const POINT_FROM: f64 = 1e100;
+
+/// A polyhedron ready for evaluation.
+#[derive(Debug, Clone)]
+pub struct Anywhere {
+    /// A power of two; facets and layers are in this unit.
+    unit: f64,
+    facets: Facets,
+    /// Layers and the distances from which on they are used, from the nearest.
+    layers: Vec<(f64, Layer)>,
+    arch: Arch,
+}
+
+impl Anywhere {
+    /// Of a polyhedron.
+    pub fn new(polyhedron: &Polyhedron, arch: Arch, patience: &mut Patience) -> Result<Self> {
+        let radius = polyhedron.circumradius();
+        let unit = radius.log2().floor().exp2();
+        let moments = polyhedron.harmonic_moments(DEGREES[0], arch, patience)?;
+        let layer = |degree: usize| {
+            let from = radius / unit * TOLERANCE.powf(-1.0 / (degree + 1) as f64);
+            (from, Layer::from_moments(&moments, radius / unit, degree, arch))
+        };
+        Ok(Self { unit, facets: Facets::new(polyhedron, unit), layers: DEGREES.map(layer).into(), arch })
+    }
+
+    /// Potential, field and gradient.
+    pub fn at(&self, x: &Vec3) -> PolyhedralField {
+        let x = x / self.unit;
+        let largest = x.amax();
+        if largest > POINT_FROM {
+            let u = x / largest;
+            let r = u.norm();
+            let (potential, u) = (1.0 / r / largest, u / r);
+            let gradient = (3.0 * u * u.transpose() - Mat3::identity()) * potential.powi(3);
+            let field = -u * (potential * potential);
+            return self.in_units(PolyhedralField { potential, field, gradient, solid_angle: 0.0 });
+        }
+        let distance = x.norm();
+        let field = match self.layers.iter().rev().find(|(from, _)| distance >= *from) {
+            Some((_, layer)) => {
+                let (potential, field, gradient) = layer.at(self.arch, &x);
+                PolyhedralField { potential, field, gradient, solid_angle: 0.0 }
+            }
+            None => self.facets.at(self.arch, &x),
+        };
+        self.in_units(field)
+    }
+
+    fn in_units(&self, f: PolyhedralField) -> PolyhedralField {
+        let unit = self.unit;
+        PolyhedralField {
+            potential: f.potential / unit,
+            field: f.field / unit / unit,
+            gradient: f.gradient / unit / unit / unit,
+            ..f
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! A body as a layer on its circumscribed sphere: points that attract like the body from outside.
+//!
+//! Functions that are harmonic in a sphere about a body have over the body the means that they have over the sphere with the
+//! density
+//!
+//!   sum_n (2n + 1) sum_m M_nm S_nm(u),
+//!
+//! M_nm the means of the solid harmonics of x/R over the body (Green 1828). Cut at degree N it carries all harmonics to that
+//! degree, and Gauss-Legendre in z times equal angles is exact for products of two such degrees. The points' attraction
+//! equals the body's to (R/r)^(N + 1): of the layer's terms and those of 1/|x - y| only such are lost whose degrees add up to
+//! more than 2 N + 1. The sum has terms of nearly one sign, so that no distance costs digits.
+
+use crate::error::Result;
+use crate::math::harmonics::HarmonicSeries;
+use crate::math::lanes::{BLOCK, Lanes, Total, dot, splat_vector, total_vector};
+use crate::math::{Mat3, Vec3, harmonics};
+use crate::patience::Patience;
+use crate::shape::Polyhedron;
+use gauss_quad::GaussLegendre;
+use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
+
+/// The points of a layer; weights add up to one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Coordinates from the centre of mass, padded with weightless points to whole blocks.
+    pub points: [Vec<f64>; 3],
+    /// Weights.
+    pub weights: Vec<f64>,
+    /// Number of points that carry weight.
+    pub count: usize,
+}
+
+impl Layer {
+    /// Highest degree of a layer.
+    pub const MAX_DEGREE: usize = 60;
+
+    /// Of a polyhedron.
+    pub fn new(polyhedron: &Polyhedron, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Self> {
+        let moments = polyhedron.harmonic_moments(degree, arch, patience)?;
+        Ok(Self::from_moments(&moments, polyhedron.circumradius(), degree, arch))
+    }
+
+    /// From the means of the solid harmonics of x / radius, at least up to the degree.
+    pub fn from_moments(moments: &[f64], radius: f64, degree: usize, arch: Arch) -> Self {
+        let latitudes = NonZeroUsize::new(degree + 1).unwrap_or(NonZeroUsize::MIN);
+        let rule = GaussLegendre::new(latitudes);
+        let angles = 2 * degree + 1;
+        let (mut points, mut weights): ([Vec<f64>; 3], Vec<f64>) = Default::default();
+        for (&z, &weight) in rule.nodes().zip(rule.weights()) {
+            let ring = ((1.0 - z) * (1.0 + z)).sqrt();
+            for k in 0..angles {
+                let (sin, cos) = (TAU * (k as f64 + 0.5) / angles as f64).sin_cos();
+                points.iter_mut().zip([ring * cos, ring * sin, z]).for_each(|(p, value)| p.push(value));
+                weights.push(0.5 * weight / angles as f64);
+            }
+        }
+        let count = weights.len();
+        let length = count.next_multiple_of(BLOCK);
+        points.iter_mut().for_each(|p| p.resize(length, 0.0));
+        weights.resize(length, 0.0);
+        let coefficients: Vec<f64> = (0..=degree)
+            .flat_map(|n| moments[n * n..harmonics::count(n)].iter().map(move |m| (2 * n + 1) as f64 * m))
+            .collect();
+        let mut density = vec![0.0; length];
+        let [x, y, z] = &points;
+        let coefficients = &coefficients;
+        arch.dispatch(HarmonicSeries { points: [x, y, z], coefficients, degree, out: &mut density });
+        weights.iter_mut().zip(&density).for_each(|(weight, density)| *weight *= density);
+        points.iter_mut().flatten().for_each(|value| *value *= radius);
+        Self { points, weights, count }
+    }
+
+    /// Phi and g per unit GM at a point outside the sphere, and dg/dx.
+    pub fn at(&self, arch: Arch, x: &Vec3) -> (f64, Vec3, Mat3) {
+        arch.dispatch(Attraction { layer: self, x })
+    }
+}
+
+struct Attraction<'a> {
+    layer: &'a Layer,
+    x: &'a Vec3,
+}
+
+impl WithSimd for Attraction<'_> {
+    type Output = (f64, Vec3, Mat3);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (f64, Vec3, Mat3) {
+        let place = splat_vector(simd, self.x);
+        let zero = Total::zero(simd);
+        let (mut potential, mut field, mut outer) = (zero, [zero; 3], [zero; 6]);
+        let mut trace = zero;
+        let [x, y, z] = &self.layer.points;
+        let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
+        for (((x, y), z), weight) in points.zip(Lanes::blocks(simd, &self.layer.weights)) {
+            let d = [x - place[0], y - place[1], z - place[2]];
+            let inverse_square = x.constant(1.0) / dot(d, d);
+            let pull = weight * inverse_square.sqrt();
+            potential.add(pull);
+            let cube = pull * inverse_square;
+            trace.add(cube);
+            let fifth = cube * inverse_square;
+            for i in 0..3 {
+                field[i].add_product(cube, d[i]);
+            }
+            let w = [fifth * d[0], fifth * d[1], fifth * d[2]];
+            for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+                outer[k].add_product(w[i], d[j]);
+            }
+        }
+        let [xx, xy, xz, yy, yz, zz] = outer.map(|total| 3.0 * total.value());
+        let gradient =
+            Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - Mat3::from_diagonal_element(trace.value());
+        (potential.value(), total_vector(field), gradient)
+    }
+}

@@ -1,0 +1,232 @@
+//! The potential, field and gradient of a homogeneous polyhedron, exact, inside and outside (Werner & Scheeres 1996, Celestial
+//! Mechanics and Dynamical Astronomy 65, 313).
+//!
+//! With r_e and r_f from the point to the edge e and the face f, the dyads F_f = n n^T and E_e = n_A m_A^T + n_B m_B^T (n the
+//! normals, m those of the edge in its two faces, outward), per unit GM with V the volume,
+//!
+//!   Phi = (1/2V) [ sum_e r_e.E_e r_e L_e - sum_f r_f.F_f r_f w_f ],
+//!   g   = (1/V) [ sum_f F_f r_f w_f - sum_e E_e r_e L_e ],    dg/dx = (1/V) [ sum_e E_e L_e - sum_f F_f w_f ],
+//!
+//!   L_e = ln (p + q + e)/(p + q - e),   tan(w_f/2) = a.(b x c) / (abc + a b.c + b c.a + c a.b).
+//!
+//! p and q are the distances of the edge's ends, e its length. Near the edge p + q - e loses its digits; with the vectors p, q it
+//! equals 2 (pq + p.q)/(p + q + e), and pq + p.q = |p x q|^2/(pq - p.q) where p.q is negative. Away from it L is a logarithm of
+//! nearly one, which [`ln_one_plus`] takes without loss.
+//!
+//! The sums cancel away from the body: at the distance r they lose (r/R)^2 of their digits. Beyond some sizes of the body
+//! [`super::Layer`] has its field with all digits.
+
+use crate::math::lanes::{BLOCK, Lanes, Total, dot, splat_vector, total_vector};
+use crate::math::logarithm::{angle, ln_one_plus};
+use crate::math::{Mat3, Vec3};
+use crate::shape::Polyhedron;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Potential, field and gradient of unit GM, and the solid angle of the surface as seen from the point: 4 pi inside, 0 outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolyhedralField {
+    /// Phi, positive.
+    pub potential: f64,
+    /// g = grad Phi.
+    pub field: Vec3,
+    /// dg/dx; infinite on edges, and with a jump on faces.
+    pub gradient: Mat3,
+    /// The solid angle.
+    pub solid_angle: f64,
+}
+
+/// What of a polyhedron's field does not depend on the point, edge by edge and face by face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facets {
+    /// Ends (6), length, E_e (6).
+    edges: Vec<Vec<f64>>,
+    /// Corners (9), unit normal (3), twice the area.
+    faces: Vec<Vec<f64>>,
+    volume: f64,
+}
+
+const EDGE: usize = 13;
+const FACE: usize = 13;
+
+impl Facets {
+    /// Of a polyhedron in units of `unit`.
+    pub fn new(polyhedron: &Polyhedron, unit: f64) -> Self {
+        let vertices: Vec<Vec3> = polyhedron.vertices().map(|v| v / unit).collect();
+        let corners = |face: u32| polyhedron.faces()[face as usize].map(|v| vertices[v as usize]);
+        let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
+        let normal = |face: u32| area_vector(corners(face)).normalize();
+        // What stands in the place of edges and faces that fill a block has no weight.
+        let mut edges = Columns::new(EDGE);
+        for edge in polyhedron.edges() {
+            let [a, b] = edge.ends.map(|v| vertices[v as usize]);
+            let along = b - a;
+            let [n, m] = edge.faces.map(normal);
+            let direction = along.normalize();
+            let dyad = n * direction.cross(&n).transpose() - m * direction.cross(&m).transpose();
+            let dyad = 0.5 * (dyad + dyad.transpose());
+            let [xx, xy, xz] = [dyad[(0, 0)], dyad[(0, 1)], dyad[(0, 2)]];
+            let [yy, yz, zz] = [dyad[(1, 1)], dyad[(1, 2)], dyad[(2, 2)]];
+            edges.push([a.x, a.y, a.z, b.x, b.y, b.z, along.norm(), xx, xy, xz, yy, yz, zz]);
+        }
+        let mut faces = Columns::new(FACE);
+        for face in 0..polyhedron.faces().len() as u32 {
+            let [a, b, c] = corners(face);
+            let area = area_vector([a, b, c]);
+            let n = area.normalize();
+            faces.push([a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, n.x, n.y, n.z, area.norm()]);
+        }
+        Self { edges: edges.padded(), faces: faces.padded(), volume: polyhedron.volume() / unit.powi(3) }
+    }
+
+    /// Everything at a point.
+    pub fn at(&self, arch: Arch, x: &Vec3) -> PolyhedralField {
+        arch.dispatch(Evaluation::<true> { facets: self, x })
+    }
+
+    /// All but the gradient, which is zero.
+    pub fn field(&self, arch: Arch, x: &Vec3) -> PolyhedralField {
+        arch.dispatch(Evaluation::<false> { facets: self, x })
+    }
+}
+
+/// Lists side by side.
+struct Columns(Vec<Vec<f64>>);
+
+impl Columns {
+    fn new(width: usize) -> Self {
+        Self(vec![Vec::new(); width])
+    }
+
+    fn push<const N: usize>(&mut self, row: [f64; N]) {
+        self.0.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+    }
+
+    fn padded(mut self) -> Vec<Vec<f64>> {
+        for column in &mut self.0 {
+            column.resize(column.len().next_multiple_of(BLOCK), 0.0);
+        }
+        self.0
+    }
+}
+
+struct Evaluation<'a, const GRADIENT: bool> {
+    facets: &'a Facets,
+    x: &'a Vec3,
+}
+
+impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
+    type Output = PolyhedralField;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> PolyhedralField {
+        let x = splat_vector(simd, self.x);
+        let c = |value| Lanes::splat(simd, value);
+        let zero = Total::zero(simd);
+        let (mut potential, mut turns) = ([zero; 2], zero);
+        let (mut field, mut gradient) = ([[zero; 3]; 2], [[zero; 6]; 2]);
+
+        let edges = &self.facets.edges;
+        for block in 0..edges[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
+            let p = [
+                Lanes::load(simd, &edges[0], block) - x[0],
+                Lanes::load(simd, &edges[1], block) - x[1],
+                Lanes::load(simd, &edges[2], block) - x[2],
+            ];
+            let q = [
+                Lanes::load(simd, &edges[3], block) - x[0],
+                Lanes::load(simd, &edges[4], block) - x[1],
+                Lanes::load(simd, &edges[5], block) - x[2],
+            ];
+            let length = Lanes::load(simd, &edges[6], block);
+            let (pp, qq) = (dot(p, p).sqrt(), dot(q, q).sqrt());
+            let (product, scalar) = (pp * qq, dot(p, q));
+            let along = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+            let cross = [
+                p[1] * along[2] - p[2] * along[1],
+                p[2] * along[0] - p[0] * along[2],
+                p[0] * along[1] - p[1] * along[0],
+            ];
+            // z of ln(1 + z): e (p + q + e)/(pq + p.q), or the same with pq + p.q = |p x q|^2/(pq - p.q).
+            let sum = product + scalar.abs();
+            let over = length * (pp + qq + length);
+            let (over, under) =
+                (scalar.if_less(c(0.0), over * sum, over), scalar.if_less(c(0.0), dot(cross, cross), sum));
+            // On the edge itself the logarithm is infinite, and what it is multiplied by is zero.
+            let under = under.max(over.mul_add(c(LEAST), c(f64::MIN_POSITIVE)));
+            let log = ln_one_plus(over, under);
+            let dyad = [
+                Lanes::load(simd, &edges[7], block),
+                Lanes::load(simd, &edges[8], block),
+                Lanes::load(simd, &edges[9], block),
+                Lanes::load(simd, &edges[10], block),
+                Lanes::load(simd, &edges[11], block),
+                Lanes::load(simd, &edges[12], block),
+            ];
+            let [xx, xy, xz, yy, yz, zz] = dyad;
+            let er = [dot([xx, xy, xz], p), dot([xy, yy, yz], p), dot([xz, yz, zz], p)];
+            potential[0].add_product(dot(er, p), log);
+            for i in 0..3 {
+                field[0][i].add_product(er[i], log);
+            }
+            if GRADIENT {
+                for k in 0..6 {
+                    gradient[0][k].add_product(dyad[k], log);
+                }
+            }
+        }
+
+        let faces = &self.facets.faces;
+        for block in 0..faces[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
+            let a = [
+                Lanes::load(simd, &faces[0], block) - x[0],
+                Lanes::load(simd, &faces[1], block) - x[1],
+                Lanes::load(simd, &faces[2], block) - x[2],
+            ];
+            let b = [
+                Lanes::load(simd, &faces[3], block) - x[0],
+                Lanes::load(simd, &faces[4], block) - x[1],
+                Lanes::load(simd, &faces[5], block) - x[2],
+            ];
+            let d = [
+                Lanes::load(simd, &faces[6], block) - x[0],
+                Lanes::load(simd, &faces[7], block) - x[1],
+                Lanes::load(simd, &faces[8], block) - x[2],
+            ];
+            let (p, q, r) = (dot(a, a).sqrt(), dot(b, b).sqrt(), dot(d, d).sqrt());
+            let n = [
+                Lanes::load(simd, &faces[9], block),
+                Lanes::load(simd, &faces[10], block),
+                Lanes::load(simd, &faces[11], block),
+            ];
+            let height = dot(n, a);
+            let under = (p * q).mul_add(r, p.mul_add(dot(b, d), q.mul_add(dot(d, a), r * dot(a, b))));
+            let half = angle(height * Lanes::load(simd, &faces[12], block), under);
+            let omega = half + half;
+            let weighted = height * omega;
+            turns.add(omega);
+            potential[1].add_product(height, weighted);
+            for i in 0..3 {
+                field[1][i].add_product(n[i], weighted);
+            }
+            if GRADIENT {
+                let turned = [n[0] * omega, n[1] * omega, n[2] * omega];
+                for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+                    gradient[1][k].add_product(turned[i], n[j]);
+                }
+            }
+        }
+
+        let volume = self.facets.volume;
+        let [xx, xy, xz, yy, yz, zz] =
+            [0, 1, 2, 3, 4, 5].map(|k| (gradient[0][k].value() - gradient[1][k].value()) / volume);
+        PolyhedralField {
+            potential: 0.5 * (potential[0].value() - potential[1].value()) / volume,
+            field: (total_vector(field[1]) - total_vector(field[0])) / volume,
+            gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            solid_angle: turns.value(),
+        }
+    }
+}
+
+/// The least ratio whose logarithm is taken: beyond, a point is on the edge.
+const LEAST: f64 = 1e-60;

@@ -1,0 +1,121 @@
+//! Solid harmonics, many points at a time.
+//!
+//! S_nm is |x|^n times the real spherical harmonic in Schmidt's semi-normalisation, m from -n to n (sines below zero), so that
+//! the addition theorem is P_n(u . v) = sum_m S_nm(u) S_nm(v) for unit vectors and no S_nm exceeds |x|^n. They are made by
+//!
+//!   S_nn  = sqrt((2n - 1)/(2n)) (x S_{n-1,n-1} - y S_{n-1,1-n}),   S_n,-n likewise with (x, y) turned,   S_11 = x,
+//!   S_nm  = [(2n - 1) z S_{n-1,m} - sqrt((n-1)^2 - m^2) |x|^2 S_{n-2,m}] / sqrt(n^2 - m^2).
+
+use super::lanes::{Lanes, Total, dot};
+use pulp::{Simd, WithSimd};
+
+/// Number of harmonics up to a degree.
+pub const fn count(degree: usize) -> usize {
+    (degree + 1) * (degree + 1)
+}
+
+/// Place of S_nm in a list of harmonics.
+pub const fn place(n: usize, m: isize) -> usize {
+    (n * n + n).wrapping_add_signed(m)
+}
+
+/// All harmonics up to a degree, in the order of [`place`].
+#[inline(always)]
+fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
+    let c = |value| x[0].constant(value);
+    let square = dot(x, x);
+    let root = |value: usize| (value as f64).sqrt();
+    out[0] = c(1.0);
+    for m in 0..=degree {
+        if m > 0 {
+            let factor = c(if m == 1 { 1.0 } else { root(2 * m - 1) / root(2 * m) });
+            let (cos, sin) = if m == 1 {
+                (c(1.0), c(0.0))
+            } else {
+                (out[place(m - 1, m as isize - 1)], out[place(m - 1, 1 - m as isize)])
+            };
+            out[place(m, m as isize)] = factor * (x[0] * cos - x[1] * sin);
+            out[place(m, -(m as isize))] = factor * x[0].mul_add(sin, x[1] * cos);
+        }
+        for sign in [1, -1] {
+            let m = m as isize * sign;
+            for n in m.unsigned_abs() + 1..=degree {
+                let scale = 1.0 / root(n * n - m.unsigned_abs() * m.unsigned_abs());
+                let next = c((2 * n - 1) as f64 * scale) * x[2] * out[place(n - 1, m)];
+                out[place(n, m)] = if n > m.unsigned_abs() + 1 {
+                    let back = root((n - 1) * (n - 1) - m.unsigned_abs() * m.unsigned_abs()) * scale;
+                    next - c(back) * square * out[place(n - 2, m)]
+                } else {
+                    next
+                };
+            }
+            if m == 0 {
+                break;
+            }
+        }
+    }
+}
+
+/// Sums of weights times harmonics, added to `sums`. The points are in whole blocks.
+pub struct WeightedHarmonics<'a> {
+    /// Coordinates.
+    pub points: [&'a [f64]; 3],
+    /// Weights.
+    pub weights: &'a [f64],
+    /// Up to this degree.
+    pub degree: usize,
+    /// The sums, in the order of [`place`].
+    pub sums: &'a mut [f64],
+}
+
+impl WithSimd for WeightedHarmonics<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut values = vec![Lanes::splat(simd, 0.0); count(self.degree)];
+        let mut totals = vec![Total::zero(simd); count(self.degree)];
+        let [x, y, z] = self.points;
+        let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
+        for (((x, y), z), weight) in points.zip(Lanes::blocks(simd, self.weights)) {
+            harmonics([x, y, z], self.degree, &mut values);
+            for (total, value) in totals.iter_mut().zip(&values) {
+                total.add_product(weight, *value);
+            }
+        }
+        for (sum, total) in self.sums.iter_mut().zip(totals) {
+            *sum += total.value();
+        }
+    }
+}
+
+/// Sums of coefficients times harmonics at single points.
+pub struct HarmonicSeries<'a> {
+    /// Coordinates, in whole blocks.
+    pub points: [&'a [f64]; 3],
+    /// Coefficients, in the order of [`place`].
+    pub coefficients: &'a [f64],
+    /// Up to this degree.
+    pub degree: usize,
+    /// The sums, as many as points.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for HarmonicSeries<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut values = vec![Lanes::splat(simd, 0.0); count(self.degree)];
+        let [x, y, z] = self.points;
+        let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
+        for (index, ((x, y), z)) in points.enumerate() {
+            harmonics([x, y, z], self.degree, &mut values);
+            let mut sum = x.constant(0.0);
+            for (value, coefficient) in values.iter().zip(self.coefficients) {
+                sum = value.mul_add(sum.constant(*coefficient), sum);
+            }
+            sum.store(self.out, index);
+        }
+    }
+}

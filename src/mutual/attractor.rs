@@ -1,0 +1,73 @@
+//! A part as the one that attracts: what of its gravity does not depend on the state.
+
+use super::Store;
+use crate::error::{Error, Result};
+use crate::gravity::{Facets, FarSeries, Layer};
+use crate::math::Mat3;
+use crate::patience::Patience;
+use crate::shape::{Ellipsoid, Polyhedron, Shape};
+use pulp::Arch;
+use std::sync::Arc;
+
+/// What of a part's gravity does not depend on the state.
+#[derive(Debug, Clone)]
+pub struct BodyGravity {
+    pub(super) name: String,
+    pub(super) shape: Shape,
+    pub(super) canonical: Mat3,
+    pub(super) series: Arc<FarSeries>,
+    /// Of a polyhedron in a pair.
+    pub(super) facets: Option<Arc<Facets>>,
+    pub(super) store: Arc<Store>,
+}
+
+impl BodyGravity {
+    /// Precomputes for a shape what the store does not have yet; the name is for errors.
+    pub fn new(name: &str, shape: &Shape, store: &Arc<Store>) -> Self {
+        let canonical = match shape {
+            Shape::Ellipsoid(e) => e.canonical(),
+            Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
+        };
+        let (series, store) = (store.series(shape), store.clone());
+        Self { name: name.to_owned(), shape: shape.clone(), canonical, series, facets: None, store }
+    }
+
+    /// The same in units of `unit`, with a polyhedron's facets.
+    pub(super) fn in_unit(&self, unit: f64) -> Self {
+        let mut scaled = Self::new(&self.name, &self.shape.scaled(1.0 / unit), &self.store);
+        scaled.facets = scaled.polyhedron().map(|polyhedron| Arc::new(Facets::new(polyhedron, 1.0)));
+        scaled
+    }
+
+    pub(super) fn polyhedron(&self) -> Option<&Polyhedron> {
+        match &self.shape {
+            Shape::Polyhedron(polyhedron) => Some(polyhedron),
+            _ => None,
+        }
+    }
+
+    /// A polyhedron's layer of a degree.
+    pub(super) fn layer(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Arc<Layer>> {
+        let Some(polyhedron) = self.polyhedron() else {
+            return Err(Error::invalid(&self.name, "without faces", "a polyhedron"));
+        };
+        Layer::new(polyhedron, degree, arch, patience).map(Arc::new)
+    }
+
+    pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
+        match &self.shape {
+            Shape::Ellipsoid(e) => Some(e),
+            Shape::Polyhedron(_) | Shape::Point => None,
+        }
+    }
+
+    /// Semi-axes in the canonical frame; zeros for a point.
+    pub(super) fn semi_axes(&self) -> [f64; 3] {
+        self.ellipsoid().map_or([0.0; 3], Ellipsoid::sorted)
+    }
+
+    /// Semi-axes of the focal ellipse; zeros for a sphere or a point.
+    pub(super) fn focal_axes(&self) -> [f64; 2] {
+        self.ellipsoid().map_or([0.0; 2], Ellipsoid::focal_axes)
+    }
+}

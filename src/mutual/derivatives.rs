@@ -1,0 +1,83 @@
+//! The partial derivatives of 1/r, by the recurrence of Lindsay & Krasny (2001), J. Comput. Phys. 172, 879.
+
+use crate::math::Vec3;
+use crate::math::monomials::{Row, count, offset, rows};
+
+/// All partial derivatives of 1/r at a point, up to a degree.
+pub(super) struct Derivatives<const DERIVATIVES: usize> {
+    values: [f64; DERIVATIVES],
+}
+
+impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
+    pub(super) fn new(x: &Vec3, degree: usize) -> Self {
+        let mut values = [0.0; DERIVATIVES];
+        let r2 = x.norm_squared();
+        values[0] = 1.0 / r2.sqrt();
+        for d in 1..=degree {
+            let n = d as f64;
+            let (once, twice) = ((2.0 * n - 1.0) / (n * r2), (n - 1.0) / (n * r2));
+            let (lower, own) = values.split_at_mut(offset(d));
+            let (below, lowest) = (&lower[offset(d - 1)..], &lower[offset(d.max(2) - 2)..]);
+            for Row { power, rest, start } in rows(d) {
+                // Without one y or z the row above has the monomial, without two of them the one above that.
+                let (above, second) =
+                    (start.wrapping_sub(rest), start.wrapping_sub(2 * rest).wrapping_add(1));
+                let i = power as f64;
+                for l in 0..=rest {
+                    let (j, k) = ((rest - l) as f64, l as f64);
+                    let (mut one, mut two) = (0.0, 0.0);
+                    if power >= 1 {
+                        one += i * x.x * below[start + l];
+                    }
+                    if l < rest {
+                        one += j * x.y * below[above + l];
+                    }
+                    if l >= 1 {
+                        one += k * x.z * below[above + l - 1];
+                    }
+                    if power >= 2 {
+                        two += i * (i - 1.0) * lowest[start + l];
+                    }
+                    if l + 1 < rest {
+                        two += j * (j - 1.0) * lowest[second + l];
+                    }
+                    if l >= 2 {
+                        two += k * (k - 1.0) * lowest[second + l - 2];
+                    }
+                    own[start + l] = -(once * one + twice * two);
+                }
+            }
+        }
+        Self { values }
+    }
+
+    pub(super) fn contract(&self, p: &[f64], degree: usize) -> f64 {
+        let start = offset(degree);
+        p.iter().zip(&self.values[start..start + count(degree)]).map(|(c, t)| c * t).sum()
+    }
+
+    pub(super) fn gradient(&self, p: &[f64], degree: usize) -> Vec3 {
+        let raised = &self.values[offset(degree + 1)..];
+        let mut sum = Vec3::zeros();
+        for row in rows(degree) {
+            for k in row.monomials() {
+                for (axis, raised_by) in row.times_one(k).into_iter().enumerate() {
+                    sum[axis] += p[k] * raised[raised_by];
+                }
+            }
+        }
+        sum
+    }
+
+    /// Adds the six second derivatives of the contraction with p, xx, xy, xz, yy, yz and zz.
+    pub(super) fn add_second(&self, sum: &mut [f64; 6], p: &[f64], degree: usize) {
+        let raised = &self.values[offset(degree + 2)..];
+        for row in rows(degree) {
+            for k in row.monomials() {
+                for (sum, raised_by) in sum.iter_mut().zip(row.times_two(k)) {
+                    *sum += p[k] * raised[raised_by];
+                }
+            }
+        }
+    }
+}

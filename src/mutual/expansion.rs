@@ -1,0 +1,219 @@
+//! The mutual expansion to a total degree N of bodies of any shape, by the moments of their mass.
+//!
+//! With p_d(k) the mean of (y.k)^d / d! over a body, a homogeneous polynomial whose coefficients are the moments over factorials,
+//!
+//!   U = sum p_d^A(-grad) p_e^B(grad) 1/r,   d + e <= N.
+//!
+//! The polynomials are turned into inertial axes, each linear form of the body's axes put in by Horner's rule. A body's turn by
+//! dtheta changes p by dtheta . (dp/dk x k), from which the torques come. It converges where r exceeds the sum of both
+//! circumscribed radii.
+
+use super::derivatives::Derivatives;
+use super::{Interaction, Method, Pose};
+use crate::math::monomials::{count, exponents, offset, position};
+use crate::math::{Mat3, Vec3};
+use crate::shape::Shape;
+
+/// Monomials of the highest degree, and of all degrees, of three variables.
+const MONOMIALS: usize = count(Method::MAX_DEGREE);
+const ALL: usize = offset(Method::MAX_DEGREE + 1);
+
+/// p_0 to p_N, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Polynomials([f64; ALL]);
+
+/// The expansion of one pair.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Expansion {
+    degree: usize,
+    bodies: [Polynomials; 2],
+    /// Sum of the circumscribed radii.
+    pub reach: f64,
+}
+
+impl Expansion {
+    pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
+        Self {
+            degree,
+            bodies: [first, second].map(|shape| Polynomials::moments(shape, degree)),
+            reach: first.circumradius() + second.circumradius(),
+        }
+    }
+
+    /// Force and torques.
+    pub fn interaction(&self, pose: &Pose) -> Interaction {
+        let scale = pose.separation.norm();
+        let (a, b) = self.turned(pose, scale);
+        let derivatives = Derivatives::<{ offset(Method::MAX_DEGREE + 2) }>::new(
+            &(pose.separation / scale),
+            self.degree + 1,
+        );
+        let mut gradient = Vec3::zeros();
+        let mut torques = [Vec3::zeros(); 2];
+        for d in 0..=self.degree {
+            for e in 0..=self.degree - d {
+                let (p, q) = (a.of(d), b.of(e));
+                gradient += derivatives.gradient(&product(p, d, q, e), d + e);
+                for i in 0..3 {
+                    if d > 0 {
+                        torques[0][i] += derivatives.contract(&product(&variation(p, d, i), d, q, e), d + e);
+                    }
+                    if e > 0 {
+                        torques[1][i] += derivatives.contract(&product(p, d, &variation(q, e, i), e), d + e);
+                    }
+                }
+            }
+        }
+        Interaction {
+            force_on_first: -gradient / (scale * scale),
+            torque_first: pose.rotation_first.transpose() * torques[0] / scale,
+            torque_second: pose.rotation_second.transpose() * torques[1] / scale,
+        }
+    }
+
+    /// The mutual potential U (positive) per unit G m m.
+    pub fn mutual_potential(&self, pose: &Pose) -> f64 {
+        let scale = pose.separation.norm();
+        let (a, b) = self.turned(pose, scale);
+        let derivatives =
+            Derivatives::<{ offset(Method::MAX_DEGREE + 2) }>::new(&(pose.separation / scale), self.degree);
+        let mut sum = 0.0;
+        for d in (0..=self.degree).rev() {
+            for e in (0..=self.degree - d).rev() {
+                sum += derivatives.contract(&product(a.of(d), d, b.of(e), e), d + e);
+            }
+        }
+        sum / scale
+    }
+
+    /// Both bodies' polynomials along inertial axes, in units of the separation; those of the first in minus k.
+    fn turned(&self, pose: &Pose, scale: f64) -> (Polynomials, Polynomials) {
+        (
+            self.bodies[0].turned(&pose.rotation_first, -1.0 / scale, self.degree),
+            self.bodies[1].turned(&pose.rotation_second, 1.0 / scale, self.degree),
+        )
+    }
+}
+
+impl Polynomials {
+    fn moments(shape: &Shape, degree: usize) -> Self {
+        let mut all = [0.0; ALL];
+        let mut put = |mean: &dyn Fn([usize; 3]) -> f64| {
+            for d in 0..=degree {
+                for (i, j) in exponents(d) {
+                    let e = [i, j, d - i - j];
+                    let factorials: f64 =
+                        e.iter().map(|&n| (1..=n).map(|k| k as f64).product::<f64>()).product();
+                    all[offset(d) + position(d, i, j)] = mean(e) / factorials;
+                }
+            }
+        };
+        match shape {
+            Shape::Point => put(&|e| if e == [0; 3] { 1.0 } else { 0.0 }),
+            Shape::Ellipsoid(ellipsoid) => {
+                let axes = ellipsoid.semi_axes();
+                // 3 / (n + 3) times the mean over the sphere, (i-1)!! (j-1)!! (l-1)!! / (n+1)!! for even exponents.
+                let odd = |n: usize| (1..n).step_by(2).map(|k| k as f64).product::<f64>();
+                put(&|e| {
+                    if e.iter().any(|n| n % 2 == 1) {
+                        return 0.0;
+                    }
+                    let n: usize = e.iter().sum();
+                    let power: f64 = (0..3).map(|k| axes[k].powi(e[k] as i32) * odd(e[k])).product();
+                    power / odd(n + 2) * 3.0 / (n + 3) as f64
+                });
+            }
+            Shape::Polyhedron(polyhedron) => {
+                let means = polyhedron.monomial_means(degree);
+                let radius = polyhedron.circumradius();
+                put(&|e| {
+                    let n: usize = e.iter().sum();
+                    means[offset(n) + position(n, e[0], e[1])] * radius.powi(n as i32)
+                });
+            }
+        }
+        Self(all)
+    }
+
+    fn of(&self, d: usize) -> &[f64] {
+        &self.0[offset(d)..offset(d + 1)]
+    }
+
+    /// The polynomials of k along the outer axes, times powers of a factor: k along the body's axes is R^T k.
+    fn turned(&self, rotation: &Mat3, factor: f64, degree: usize) -> Self {
+        let [u, v, w] = [0, 1, 2].map(|axis| rotation.column(axis) * factor);
+        let mut powers = [[0.0; MONOMIALS]; Method::MAX_DEGREE + 1];
+        powers[0][0] = 1.0;
+        for n in 0..degree {
+            powers[n + 1] = times_form(&powers[n], n, &w);
+        }
+        let mut out = Self([0.0; ALL]);
+        for d in 0..=degree {
+            // sum_i u^i sum_j v^j c_ij w^(d-i-j), from the highest powers down.
+            let own = self.of(d);
+            let mut outer = [0.0; MONOMIALS];
+            for i in (0..=d).rev() {
+                if i < d {
+                    outer = times_form(&outer, d - i - 1, &u);
+                }
+                let rest = d - i;
+                let mut inner = [0.0; MONOMIALS];
+                for j in (0..=rest).rev() {
+                    if j < rest {
+                        inner = times_form(&inner, rest - j - 1, &v);
+                    }
+                    let c = own[position(d, i, j)];
+                    add(&mut inner, &powers[rest - j], rest - j, c);
+                }
+                add(&mut outer, &inner, rest, 1.0);
+            }
+            out.0[offset(d)..offset(d + 1)].copy_from_slice(&outer[..count(d)]);
+        }
+        out
+    }
+}
+
+fn add(sum: &mut [f64], term: &[f64], degree: usize, factor: f64) {
+    for (s, t) in sum.iter_mut().zip(term).take(count(degree)) {
+        *s += factor * t;
+    }
+}
+
+/// A polynomial times a linear form.
+fn times_form(p: &[f64; MONOMIALS], degree: usize, form: &Vec3) -> [f64; MONOMIALS] {
+    let mut out = [0.0; MONOMIALS];
+    for (c, (i, j)) in p.iter().zip(exponents(degree)) {
+        out[position(degree + 1, i + 1, j)] += c * form.x;
+        out[position(degree + 1, i, j + 1)] += c * form.y;
+        out[position(degree + 1, i, j)] += c * form.z;
+    }
+    out
+}
+
+fn product(p: &[f64], d: usize, q: &[f64], e: usize) -> [f64; MONOMIALS] {
+    let mut out = [0.0; MONOMIALS];
+    for (a, (i, j)) in p.iter().zip(exponents(d)) {
+        for (b, (k, l)) in q.iter().zip(exponents(e)) {
+            out[position(d + e, i + k, j + l)] += a * b;
+        }
+    }
+    out
+}
+
+/// The component dp/dk_j k_l - dp/dk_l k_j, with (i, j, l) in cyclic order.
+fn variation(p: &[f64], degree: usize, i: usize) -> [f64; MONOMIALS] {
+    let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+    let mut out = [0.0; MONOMIALS];
+    for (c, (x, y)) in p.iter().zip(exponents(degree)) {
+        let powers = [x, y, degree - x - y];
+        for (from, to, sign) in [(j, l, 1.0), (l, j, -1.0)] {
+            if powers[from] > 0 {
+                let mut moved = powers;
+                moved[from] -= 1;
+                moved[to] += 1;
+                out[position(degree, moved[0], moved[1])] += sign * powers[from] as f64 * c;
+            }
+        }
+    }
+    out
+}

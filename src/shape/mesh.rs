@@ -1,0 +1,206 @@
+//! Whether triangles bound a solid: closed, turned outward, nowhere crossing. Errors name the face.
+
+use super::crossing::first_crossing;
+use super::tree::{Block, Tree};
+use crate::error::{Error, Result, require_finite};
+use crate::math::Vec3;
+use crate::patience::Patience;
+
+/// Faces whose height is below this share of their longest edge have no direction.
+const FLATTEST: f64 = 1e-12;
+
+/// An edge and the two faces that share it; the first face goes along it, the second one back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    /// The vertices.
+    pub ends: [u32; 2],
+    /// The faces.
+    pub faces: [u32; 2],
+}
+
+fn of_face(index: usize, value: impl std::fmt::Display, expected: &str) -> Error {
+    Error::invalid(format!("face {index}"), value, expected)
+}
+
+/// Checks everything; gives the edges.
+pub fn check(vertices: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Vec<Edge>> {
+    for (index, vertex) in vertices.iter().enumerate() {
+        require_finite(&format!("vertex {index}"), vertex.as_slice())?;
+    }
+    if faces.len() < 4 {
+        return Err(Error::invalid("number of faces", faces.len(), "at least four"));
+    }
+    for (index, face) in faces.iter().enumerate() {
+        patience.spend(1, 0.0)?;
+        check_face(vertices, index, *face)?;
+    }
+    let edges = edges(faces)?;
+    let blocks: Vec<Block> =
+        faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
+    let tree = Tree::new(&blocks);
+    if let Some([i, j]) = first_crossing(vertices, faces, &tree, patience)? {
+        return Err(of_face(
+            i,
+            format!("crossing or touching face {j}"),
+            "faces that meet at common edges alone",
+        ));
+    }
+    check_turned_outward(vertices, faces, &edges, patience)?;
+    Ok(edges)
+}
+
+fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {
+    let [a, b, c] = face;
+    let text = format!("({a}, {b}, {c})");
+    if face.iter().any(|&v| v as usize >= vertices.len()) {
+        return Err(of_face(
+            index,
+            text,
+            &format!("vertices from 0 to {}", vertices.len().saturating_sub(1)),
+        ));
+    }
+    if a == b || b == c || c == a {
+        return Err(of_face(index, text, "three different vertices"));
+    }
+    let [a, b, c] = face.map(|v| vertices[v as usize]);
+    let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+    let height = ((b - a) / longest).cross(&((c - a) / longest)).norm();
+    // Written so that the NaN of three equal points is refused.
+    if height > FLATTEST {
+        Ok(())
+    } else {
+        Err(of_face(index, text, "three points that are not on one line"))
+    }
+}
+
+/// The edges of faces, each shared by just two that go along it in opposite directions.
+fn edges(faces: &[[u32; 3]]) -> Result<Vec<Edge>> {
+    let mut sides: Vec<([u32; 2], u32, bool)> = (0u32..)
+        .zip(faces)
+        .flat_map(|(index, &[a, b, c])| {
+            [(a, b), (b, c), (c, a)].map(|(u, v)| ([u.min(v), u.max(v)], index, u < v))
+        })
+        .collect();
+    sides.sort_unstable();
+    let mut edges = Vec::with_capacity(sides.len() / 2);
+    for group in sides.chunk_by(|a, b| a.0 == b.0) {
+        let [u, v] = group[0].0;
+        let first = group[0].1 as usize;
+        let along = format!("the edge of vertices {u} and {v}");
+        let twice = group.iter().enumerate().find_map(|(k, (_, j, _))| {
+            let same = |side: &&([u32; 2], u32, bool)| doubled(faces[side.1 as usize], faces[*j as usize]);
+            group[..k].iter().find(same).map(|side| (side.1, *j))
+        });
+        if let Some((i, j)) = twice {
+            let value = format!("the same three vertices as face {i}");
+            return Err(of_face(j as usize, value, "each face once"));
+        }
+        match group {
+            [(_, i, i_along), (_, j, j_along)] if i_along != j_along => {
+                let faces = if *i_along { [*i, *j] } else { [*j, *i] };
+                edges.push(Edge { ends: [u, v], faces });
+            }
+            [(_, i, _), (_, j, _)] => {
+                return Err(of_face(
+                    *j as usize,
+                    format!("turned against face {i} at {along}"),
+                    "all faces turned outward",
+                ));
+            }
+            [_] => return Err(of_face(first, format!("alone at {along}"), "a closed surface")),
+            more => {
+                let all: Vec<String> = more.iter().map(|side| side.1.to_string()).collect();
+                let value = format!("at {along}, together with faces {}", all[1..].join(", "));
+                return Err(of_face(first, value, "two faces at an edge"));
+            }
+        }
+    }
+    Ok(edges)
+}
+
+fn doubled(mut first: [u32; 3], mut second: [u32; 3]) -> bool {
+    first.sort_unstable();
+    second.sort_unstable();
+    first == second
+}
+
+/// Checks that every closed surface has the solid on its inner side, a hollow's surface within another one on its outer side.
+fn check_turned_outward(
+    vertices: &[Vec3],
+    faces: &[[u32; 3]],
+    edges: &[Edge],
+    patience: &mut Patience,
+) -> Result<()> {
+    let surfaces = surfaces(faces.len(), edges);
+    let corners = |face: usize| faces[face].map(|v| vertices[v as usize]);
+    for (index, surface) in surfaces.iter().enumerate() {
+        let origin = corners(surface[0])[0];
+        let volume: f64 = surface
+            .iter()
+            .map(|&face| {
+                let [a, b, c] = corners(face).map(|v| v - origin);
+                a.dot(&b.cross(&c))
+            })
+            .sum();
+        let mut turns = 0.0;
+        for other in surfaces.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| other)
+        {
+            patience.spend(4 * other.len() as u64, 0.0)?;
+            let angle: f64 = other.iter().map(|&face| solid_angle(corners(face).map(|v| v - origin))).sum();
+            turns += angle / (4.0 * std::f64::consts::PI);
+        }
+        let (within, first) = (turns.round() as i64, surface[0]);
+        match (volume > 0.0, within) {
+            (true, 0) | (false, 1) => {}
+            (false, 0) => {
+                return Err(of_face(
+                    first,
+                    "turned inward",
+                    "faces turned outward: vertices counterclockwise as seen from outside",
+                ));
+            }
+            (true, _) => {
+                return Err(of_face(
+                    first,
+                    "of a surface within another one",
+                    "a hollow's faces turned inward, away from the solid",
+                ));
+            }
+            (false, _) => return Err(of_face(first, "of a hollow outside the solid", "hollows within")),
+        }
+    }
+    Ok(())
+}
+
+/// The solid angle of a triangle as seen from the origin, positive from behind (van Oosterom & Strackee 1983).
+pub fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
+    let (p, q, r) = (a.norm(), b.norm(), c.norm());
+    2.0 * a.dot(&b.cross(&c)).atan2(p * q * r + a.dot(&b) * r + b.dot(&c) * p + c.dot(&a) * q)
+}
+
+/// Faces that hang together by edges.
+fn surfaces(count: usize, edges: &[Edge]) -> Vec<Vec<usize>> {
+    let mut parent: Vec<usize> = (0..count).collect();
+    fn root(parent: &mut [usize], mut face: usize) -> usize {
+        while parent[face] != face {
+            parent[face] = parent[parent[face]];
+            face = parent[face];
+        }
+        face
+    }
+    for edge in edges {
+        let [i, j] = edge.faces.map(|face| root(&mut parent, face as usize));
+        parent[i.max(j)] = i.min(j);
+    }
+    let mut surfaces: Vec<Vec<usize>> = Vec::new();
+    let mut place = vec![usize::MAX; count];
+    for face in 0..count {
+        let first = root(&mut parent, face);
+        if first == face {
+            place[face] = surfaces.len();
+            surfaces.push(Vec::new());
+        }
+        surfaces[place[first]].push(face);
+    }
+    surfaces
+}

@@ -1,0 +1,335 @@
+//! The homogeneous polyhedron: a solid within triangles; volume, centre, second moments, harmonic moments.
+//!
+//! With tetrahedra from an origin to the faces (a, b, c), each of the volume v = a.(b x c)/6 with its sign, the volume is sum v,
+//! the first moments are sum v (a + b + c)/4, and the second ones
+//!
+//!   int x_i x_j dV = sum v/20 [ s_i s_j + a_i a_j + b_i b_j + c_i c_j ],   s = a + b + c
+//!
+//! (Lien & Kajiya 1984, IEEE Computer Graphics and Applications 4 (10), 35). A polynomial H that is homogeneous of degree n has
+//! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
+//! degree.
+
+use super::distance::{between_triangles, point_to_triangle};
+use super::frame::{WorkingFrame, principal_axes, quaternion};
+use super::mesh::{Edge, check, solid_angle};
+use super::tree::{Block, Tree};
+use crate::error::{Error, Result};
+use crate::math::harmonics::{self, WeightedHarmonics};
+use crate::math::lanes::BLOCK;
+use crate::math::{Mat3, Vec3, monomials, triangle};
+use crate::patience::Patience;
+use pulp::Arch;
+use std::sync::{Arc, Mutex};
+
+/// Highest degree of the monomials whose means are computed.
+const MOST_POWERS: usize = 16;
+
+/// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal axes of inertia.
+/// Copies share what they are made of.
+#[derive(Debug, Clone)]
+pub struct Polyhedron {
+    solid: Arc<Solid>,
+    /// All lengths are those of the solid times this.
+    scale: f64,
+}
+
+#[derive(Debug)]
+struct Solid {
+    /// As given, in the working frame.
+    given: Vec<Vec3>,
+    vertices: Vec<Vec3>,
+    faces: Vec<[u32; 3]>,
+    edges: Vec<Edge>,
+    tree: Tree,
+    volume: f64,
+    inertia: Vec3,
+    circumradius: f64,
+    frame: WorkingFrame,
+    /// The harmonic moments so far asked for.
+    moments: Mutex<Arc<Vec<f64>>>,
+    /// The means of monomials so far asked for.
+    monomials: Mutex<Arc<Vec<f64>>>,
+}
+
+impl PartialEq for Polyhedron {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |a: &Solid, b: &Solid| a.given == b.given && a.faces == b.faces;
+        self.scale == other.scale
+            && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
+    }
+}
+
+impl Polyhedron {
+    /// From vertices and the triangles between them, whose vertices go counterclockwise as seen from outside.
+    ///
+    /// The surface has to be closed, each edge shared by two faces, with no face doubled, without an area or crossing another.
+    /// Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
+    pub fn new(given: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Self> {
+        let edges = check(given, faces, patience)?;
+        let middle = given.iter().sum::<Vec3>() / given.len() as f64;
+        let vertices: Vec<Vec3> = given.iter().map(|v| v - middle).collect();
+        let (volume, first, _) = sums(&vertices, faces);
+        let extent = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        if !(volume > 1e-12 * extent.powi(3) && volume.is_finite()) {
+            return Err(Error::invalid("volume", volume, "one above zero, in units that keep it in range"));
+        }
+        let shift = first / volume;
+        let vertices: Vec<Vec3> = vertices.iter().map(|v| v - shift).collect();
+        let (volume, _, second) = sums(&vertices, faces);
+        let second = second / volume;
+        let tensor = Mat3::from_diagonal_element(second.trace()) - second;
+        let axes = principal_axes(&tensor, tensor.trace());
+        let vertices: Vec<Vec3> = vertices.iter().map(|v| axes * v).collect();
+        let blocks: Vec<Block> =
+            faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
+        // Vertices that no face has do not count.
+        let reach =
+            |face: &[u32; 3]| face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max);
+        let solid = Solid {
+            given: given.to_vec(),
+            circumradius: faces.iter().map(reach).fold(0.0, f64::max),
+            inertia: (axes * tensor * axes.transpose()).diagonal(),
+            frame: WorkingFrame { position: -(axes * (middle + shift)), attitude: quaternion(&axes) },
+            tree: Tree::new(&blocks),
+            faces: faces.to_vec(),
+            edges,
+            volume,
+            vertices,
+            moments: Mutex::default(),
+            monomials: Mutex::default(),
+        };
+        Ok(Self { solid: Arc::new(solid), scale: 1.0 })
+    }
+
+    /// The same with all lengths times a factor above zero.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { solid: self.solid.clone(), scale: self.scale * factor }
+    }
+
+    /// Vertices in its own frame.
+    pub fn vertices(&self) -> impl Iterator<Item = Vec3> {
+        self.solid.vertices.iter().map(|v| v * self.scale)
+    }
+
+    /// Vertices as they were given, in the working frame.
+    pub fn given(&self) -> impl Iterator<Item = Vec3> {
+        self.solid.given.iter().map(|v| v * self.scale)
+    }
+
+    /// Triangles of vertices.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.solid.faces
+    }
+
+    /// Edges, with their faces.
+    pub fn edges(&self) -> &[Edge] {
+        &self.solid.edges
+    }
+
+    /// Volume.
+    pub fn volume(&self) -> f64 {
+        self.solid.volume * self.scale.powi(3)
+    }
+
+    /// Where the frame in which the vertices were given lies in the polyhedron's own frame.
+    pub fn working_frame(&self) -> WorkingFrame {
+        let WorkingFrame { position, attitude } = self.solid.frame;
+        WorkingFrame { position: position * self.scale, attitude }
+    }
+
+    /// Principal moments of inertia of unit mass.
+    pub fn inertia_per_mass(&self) -> Vec3 {
+        self.solid.inertia * (self.scale * self.scale)
+    }
+
+    /// Largest distance of a vertex from the centre of mass.
+    pub fn circumradius(&self) -> f64 {
+        self.solid.circumradius * self.scale
+    }
+
+    /// Corners of a face.
+    pub fn corners(&self, face: usize) -> [Vec3; 3] {
+        self.solid.faces[face].map(|v| self.solid.vertices[v as usize] * self.scale)
+    }
+
+    /// Distance of a point from the surface, from either side.
+    pub fn distance(&self, point: &Vec3) -> f64 {
+        let point = point / self.scale;
+        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
+        let to_face = |face: u32, _| point_to_triangle(&point, &corners(face));
+        self.scale * self.solid.tree.least(f64::INFINITY, |block| block.distance(&point), to_face)
+    }
+
+    /// The least value of a function of faces; `bound` is a bound from below for all faces in a box.
+    pub fn nearest(&self, bound: impl Fn(&Block) -> f64, of: impl Fn([Vec3; 3]) -> f64) -> f64 {
+        let bound = |block: &Block| bound(&block.scaled(self.scale));
+        self.solid.tree.least(f64::INFINITY, bound, |face, _| of(self.corners(face as usize)))
+    }
+
+    /// Distance of the nearest faces of this polyhedron and of one that is so placed and turned; zero where they meet.
+    pub fn nearest_to(&self, other: &Self, place: &Vec3, turn: &Mat3) -> f64 {
+        let whole = self.solid.tree.whole().scaled(self.scale);
+        // The faces of the other one, each against this one's tree.
+        let bound = |block: &Block| {
+            let (centre, radius) = block.scaled(other.scale).sphere();
+            whole.distance(&(place + turn * centre)) - radius
+        };
+        other.solid.tree.least(f64::INFINITY, bound, |face, most| {
+            let triangle = other.corners(face as usize).map(|v| place + turn * v);
+            let around = Block::of(&triangle);
+            let bound = |block: &Block| block.scaled(self.scale).apart(&around);
+            self.solid
+                .tree
+                .least(most, bound, |face, _| between_triangles(&self.corners(face as usize), &triangle))
+        })
+    }
+
+    /// Whether a point lies within the solid; of a point on the surface either answer may be had.
+    pub fn contains(&self, point: &Vec3) -> bool {
+        if point.norm() > self.circumradius() {
+            return false;
+        }
+        let turned = |face| solid_angle(self.corners(face).map(|v| v - point));
+        (0..self.faces().len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
+    }
+
+    /// Means over the solid of the solid harmonics of x / circumradius up to a degree or higher, in the order of
+    /// [`harmonics::place`]. They are kept.
+    pub fn harmonic_moments(
+        &self,
+        degree: usize,
+        arch: Arch,
+        patience: &mut Patience,
+    ) -> Result<Arc<Vec<f64>>> {
+        /// Nothing is kept where another thread has panicked.
+        fn kept(solid: &Solid) -> Option<Arc<Vec<f64>>> {
+            solid.moments.lock().ok().map(|moments| moments.clone())
+        }
+        if let Some(moments) = kept(&self.solid)
+            && moments.len() >= harmonics::count(degree)
+        {
+            return Ok(moments);
+        }
+        let moments = Arc::new(self.moments_to(degree, arch, patience)?);
+        if let Ok(mut kept) = self.solid.moments.lock()
+            && kept.len() < moments.len()
+        {
+            *kept = moments.clone();
+        }
+        Ok(moments)
+    }
+
+    /// Means over the solid of the monomials of x / circumradius up to a degree or higher, in the order of [`monomials::index`]. They
+    /// are kept.
+    pub fn monomial_means(&self, degree: usize) -> Arc<Vec<f64>> {
+        if let Ok(kept) = self.solid.monomials.lock()
+            && kept.len() >= monomials::offset(degree + 1)
+        {
+            return kept.clone();
+        }
+        let unit = 1.0 / self.circumradius();
+        let rule = triangle::rule(degree / 2 + 1);
+        let mut means = vec![0.0; monomials::offset(degree + 1)];
+        for face in 0..self.faces().len() {
+            let [a, b, c] = self.corners(face).map(|v| v * unit);
+            let solid = 0.5 * a.dot(&b.cross(&c));
+            for node in &rule {
+                let [i, j, k] = node.shares;
+                let x = a * i + b * j + c * k;
+                let mut powers = [[1.0; 3]; MOST_POWERS + 1];
+                for n in 0..degree {
+                    powers[n + 1] = [0, 1, 2].map(|axis| powers[n][axis] * x[axis]);
+                }
+                let mut sums = means.iter_mut();
+                for d in 0..=degree {
+                    for ((i, j), sum) in monomials::exponents(d).zip(&mut sums) {
+                        *sum += node.weight * solid * powers[i][0] * powers[j][1] * powers[d - i - j][2];
+                    }
+                }
+            }
+        }
+        let volume = self.volume() * unit.powi(3);
+        for d in 0..=degree {
+            means[monomials::offset(d)..monomials::offset(d + 1)]
+                .iter_mut()
+                .for_each(|m| *m /= (d + 3) as f64 * volume);
+        }
+        // The frame's origin is the centre of mass.
+        means.iter_mut().skip(1).take(3).for_each(|m| *m = 0.0);
+        let means = Arc::new(means);
+        if let Ok(mut kept) = self.solid.monomials.lock() {
+            *kept = means.clone();
+        }
+        means
+    }
+
+    fn moments_to(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {
+        let unit = 1.0 / self.circumradius();
+        let mut rules: Vec<Option<Vec<triangle::TriangleNode>>> = vec![None; degree / 2 + 2];
+        let mut points: [Vec<f64>; 3] = Default::default();
+        let mut weights = Vec::new();
+        let mut moments = vec![0.0; harmonics::count(degree)];
+        let mut add = |points: &mut [Vec<f64>; 3], weights: &mut Vec<f64>| {
+            let length = weights.len().next_multiple_of(BLOCK);
+            points.iter_mut().for_each(|p| p.resize(length, 0.0));
+            weights.resize(length, 0.0);
+            let [x, y, z] = &*points;
+            arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut moments });
+            points.iter_mut().for_each(Vec::clear);
+            weights.clear();
+        };
+        for face in 0..self.faces().len() {
+            let [a, b, c] = self.corners(face).map(|v| v * unit);
+            let order = points_for(degree, [a, b, c]);
+            patience.spend((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
+            let rule = rules[order].get_or_insert_with(|| triangle::rule(order));
+            // Height times area.
+            let solid = 0.5 * a.dot(&b.cross(&c));
+            for node in rule {
+                let [i, j, k] = node.shares;
+                let x = a * i + b * j + c * k;
+                points.iter_mut().zip(x.iter()).for_each(|(p, x)| p.push(*x));
+                weights.push(node.weight * solid);
+            }
+            if weights.len() >= 4096 {
+                add(&mut points, &mut weights);
+            }
+        }
+        add(&mut points, &mut weights);
+        let volume = self.volume() * unit.powi(3);
+        for n in 0..=degree {
+            moments[n * n..harmonics::count(n)].iter_mut().for_each(|m| *m /= (n + 3) as f64 * volume);
+        }
+        Ok(moments)
+    }
+}
+
+/// The order of Gauss's rule for harmonics up to a degree on a face near the unit sphere: exact, or to round-off on a small face.
+///
+/// On the ellipse of the complex plane with the parameter rho about a segment of half-length d, the harmonics are below
+/// e^(degree d rho / 2), so that n points err by (4 n / (degree d e))^-2n with the best rho.
+fn points_for(degree: usize, [a, b, c]: [Vec3; 3]) -> usize {
+    let middle = (a + b + c) / 3.0;
+    let size = (a - middle).norm().max((b - middle).norm()).max((c - middle).norm());
+    let exact = degree / 2 + 1;
+    let enough = |n: usize| {
+        let rate = 4.0 * n as f64 / (degree as f64 * size * std::f64::consts::E);
+        rate > 1.0 && rate.powi(-2 * n as i32) < 1e-17
+    };
+    (1..exact).find(|&n| enough(n)).unwrap_or(exact)
+}
+
+/// Volume, first and second moments.
+fn sums(vertices: &[Vec3], faces: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
+    let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
+    for face in faces {
+        let [a, b, c] = face.map(|v| vertices[v as usize]);
+        let v = a.dot(&b.cross(&c)) / 6.0;
+        let s = a + b + c;
+        volume += v;
+        first += s * (v / 4.0);
+        second +=
+            (s * s.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (v / 20.0);
+    }
+    (volume, first, second)
+}

@@ -1,0 +1,153 @@
+//! Boxes around faces, in a tree: which faces are near something.
+
+use crate::math::Vec3;
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    /// Least coordinates.
+    pub low: Vec3,
+    /// Largest coordinates.
+    pub high: Vec3,
+}
+
+impl Block {
+    /// The smallest that holds these points.
+    pub fn of(points: &[Vec3]) -> Self {
+        let (low, high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        points.iter().fold(Self { low, high }, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    /// Distance from a point; zero within.
+    pub fn distance(&self, point: &Vec3) -> f64 {
+        (self.low - point).sup(&(point - self.high)).sup(&Vec3::zeros()).norm()
+    }
+
+    /// Distance of two boxes; zero where they meet.
+    pub fn apart(&self, other: &Self) -> f64 {
+        (self.low - other.high).sup(&(other.low - self.high)).sup(&Vec3::zeros()).norm()
+    }
+
+    /// The box times a factor above zero.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { low: self.low * factor, high: self.high * factor }
+    }
+
+    /// Centre, and the distance of the corners from it.
+    pub fn sphere(&self) -> (Vec3, f64) {
+        (0.5 * (self.low + self.high), 0.5 * (self.high - self.low).norm())
+    }
+}
+
+/// A tree of boxes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tree {
+    nodes: Vec<Node>,
+    /// The items, those of a leaf side by side.
+    items: Vec<u32>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Node {
+    block: Block,
+    /// The items of a leaf, or the two branches: the next node and this one.
+    content: Content,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Content {
+    Leaf(std::ops::Range<usize>),
+    Branches(usize),
+}
+
+/// Most items of a leaf.
+const LEAF: usize = 4;
+
+impl Tree {
+    /// Over items by their boxes.
+    pub fn new(blocks: &[Block]) -> Self {
+        let mut tree = Self { nodes: Vec::new(), items: (0..blocks.len() as u32).collect() };
+        let mut items = std::mem::take(&mut tree.items);
+        tree.grow(blocks, &mut items, 0);
+        tree.items = items;
+        tree
+    }
+
+    fn grow(&mut self, blocks: &[Block], items: &mut [u32], start: usize) -> usize {
+        let block =
+            items.iter().map(|&i| blocks[i as usize]).reduce(|a, b| a.with(&b)).unwrap_or(Block::of(&[]));
+        let index = self.nodes.len();
+        self.nodes.push(Node { block, content: Content::Leaf(start..start + items.len()) });
+        if items.len() > LEAF {
+            let axis = (block.high - block.low).imax();
+            let middle = items.len() / 2;
+            let place = |i: &u32| blocks[*i as usize].low[axis] + blocks[*i as usize].high[axis];
+            items.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.cmp(b)));
+            let (left, right) = items.split_at_mut(middle);
+            self.grow(blocks, left, start);
+            let second = self.grow(blocks, right, start + middle);
+            self.nodes[index].content = Content::Branches(second);
+        }
+        index
+    }
+
+    /// The box around all.
+    pub fn whole(&self) -> Block {
+        self.nodes[0].block
+    }
+
+    /// Calls `visit` with every item whose box meets a box.
+    pub fn meeting(&self, block: &Block, mut visit: impl FnMut(u32)) {
+        let mut stack = vec![0];
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index];
+            if node.block.meets(block) {
+                match &node.content {
+                    Content::Leaf(range) => self.items[range.clone()].iter().for_each(|&i| visit(i)),
+                    Content::Branches(second) => stack.extend([*second, index + 1]),
+                }
+            }
+        }
+    }
+
+    /// The least value of `of` over the items, below `most`; `bound` is a bound from below for all items in a box.
+    pub fn least(
+        &self,
+        most: f64,
+        bound: impl Fn(&Block) -> f64,
+        mut of: impl FnMut(u32, f64) -> f64,
+    ) -> f64 {
+        let mut best = most;
+        let mut stack = vec![(bound(&self.nodes[0].block), 0)];
+        while let Some((least, index)) = stack.pop() {
+            if least >= best {
+                continue;
+            }
+            match &self.nodes[index].content {
+                Content::Leaf(range) => {
+                    for &item in &self.items[range.clone()] {
+                        best = best.min(of(item, best));
+                    }
+                }
+                Content::Branches(second) => {
+                    let mut next =
+                        [index + 1, *second].map(|branch| (bound(&self.nodes[branch].block), branch));
+                    // The nearer one is looked at first.
+                    if next[0].0 < next[1].0 {
+                        next.swap(0, 1);
+                    }
+                    stack.extend(next);
+                }
+            }
+        }
+        best
+    }
+}
