@@ -152,8 +152,7 @@ def short(count: int, days: float, threads: int) -> None:
         for _ in range(count):
             yield system, state.rotated("Dimorphos", [0, 0, 1], 0.3 * rng.random())
 
-    # What integrate_many adds to a member does not depend on how long its run is, and is seen best where that is next to
-    # nothing.
+    # What integrate_many adds to a member does not depend on how long its run is, and is seen best where that is short.
     some = [member for _, member in zip(range(count // 20), given(), strict=False)]
     described = fullbody.Verner98()._describe(float)
     start = _core.Simulation
