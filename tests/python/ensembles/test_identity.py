@@ -190,7 +190,7 @@ def test_what_cannot_be_told_is_refused():
         digest(lambda: lock)
 
 
-SAMPLE = (even, Some(1), {"a", "b", "c", "d"}, closed("x"), stats.norm(1, 2), test_ring)
+SAMPLE = (even, Some(1), {"a", "b", "c", "d"}, closed("x"), stats.norm(1, 2))
 
 
 def test_every_process_says_the_same():
