@@ -391,7 +391,8 @@ def test_a_binary_with_a_composite():
     parts = dumbbell(0.1, 0.1)
     primary = fullbody.Component(diameter=0.7, rotation_period=3.0, mass=4.7e11, name="A")
     second = fullbody.Component(composite=Composite(parts), mass=1.7e10, name="B")
-    system, state = fullbody.binary(primary, second, semi_major_axis=3.3, units=("km", "hour", "kg"))
+    united = {"units": ("km", "hour", "kg")}
+    system, state = fullbody.binary(primary, second, semi_major_axis=3.3, elements="mean", **united)
     np.testing.assert_allclose(system.masses.to_value("kg"), [4.7e11, 1.7e10], rtol=1e-15)
     assert [part.mass.to_value("kg") for part in system["B"].shape.parts] == pytest.approx([8.5e9, 8.5e9], rel=1e-15)
     run = system.integrate(state.rotated("B", [0, 0, 1], 0.01), "900 hour", output="1 hour")
