@@ -75,6 +75,8 @@ def made(units=False):
         for shape, x in zip(shapes, places, strict=True)
     ]
     composite = fullbody.Body(fullbody.Composite(parts), name="Selam")
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.5]]) * km
+    wedge = fullbody.Polyhedron(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     return (
         *shapes,
         *parts,
@@ -117,6 +119,8 @@ def made(units=False):
         observables.tumbles(run),
         systems.published("antiope"),
         systems.published("antiope").values["separation"],
+        wedge,
+        fullbody.Body(wedge, density=2.0 * kg / km**3, name="wedge"),
     )
 
 
