@@ -6,7 +6,7 @@ use crate::environment::{BOOK, Environment, Switch};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
-use crate::mutual::{Foreseen, Link, Pair, Pose, Rule, RuleMemory, TooNear};
+use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, Rule, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
@@ -246,12 +246,13 @@ impl Dynamics {
             if let Some(TooNear { separation, valid_from }) = link.too_near(&pose) {
                 return Err(Rejected::TooClose { bodies: [i, j], separation, valid_from });
             }
-            let f = link.interaction(&pose);
-            let (mi, mj) = (self.system.bodies[i].mass, self.system.bodies[j].mass);
-            self.acceleration[i] += g * mj * f.force_on_first;
-            self.acceleration[j] -= g * mi * f.force_on_first;
-            self.torque[i] += g * mi * mj * f.torque_first;
-            self.torque[j] += g * mi * mj * f.torque_second;
+            let masses = [self.system.bodies[i].mass, self.system.bodies[j].mass];
+            let loads = (&mut self.acceleration[..], &mut self.torque[..]);
+            // Two calls, since the results of one function alone stay out of memory.
+            match link.ordinary() {
+                Some(pair) => add(pair.interaction(&pose), [i, j], g, masses, loads),
+                None => add(link.interaction(&pose), [i, j], g, masses, loads),
+            }
         }
         if self.layout.forces > 0 && part + 1 == self.parts { self.load_outside(time, y) } else { Ok(()) }
     }
@@ -392,6 +393,7 @@ impl Dynamics {
         }
     }
 
+    #[inline(always)]
     fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
@@ -399,6 +401,21 @@ impl Dynamics {
             rotation_second: self.outside.scene.rotation[j],
         }
     }
+}
+
+/// Adds what two bodies of these masses do to each other to accelerations and torques.
+#[inline(always)]
+fn add(
+    f: Interaction,
+    [i, j]: [usize; 2],
+    g: f64,
+    [mi, mj]: [f64; 2],
+    (acceleration, torque): (&mut [Vec3], &mut [Vec3]),
+) {
+    acceleration[i] += g * mj * f.force_on_first;
+    acceleration[j] -= g * mi * f.force_on_first;
+    torque[i] += g * mi * mj * f.torque_first;
+    torque[j] += g * mi * mj * f.torque_second;
 }
 
 /// Euler's equations solved for the rate of the spin, the paper's `eq:DiffEq_phidott` to `eq:DiffEq_psidott`; a body

@@ -127,12 +127,17 @@ impl Link {
 
     /// Force on the bodies' centres and torques about them, with the rule in force: the share of this link in the whole of the
     /// two bodies.
-    #[inline(always)]
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         match &self.arms {
             None => self.pair.interaction(pose),
-            Some(arms) => arms.interaction(&self.pair, pose),
+            Some(arms) => arms.about_centres(pose, self.pair.interaction(&arms.pose(pose))),
         }
+    }
+
+    /// The pair of two ordinary bodies, whose interaction is this.
+    #[inline]
+    pub fn ordinary(&self) -> Option<&Pair> {
+        self.arms.is_none().then_some(&self.pair)
     }
 
     /// The share of this link in the potential energy per unit G m m.
@@ -149,12 +154,6 @@ impl Link {
 }
 
 impl Arms {
-    /// Out of the way of ordinary bodies, which have no arms.
-    #[inline(never)]
-    fn interaction(&self, pair: &Pair, pose: &Pose) -> Interaction {
-        self.about_centres(pose, pair.interaction(&self.pose(pose)))
-    }
-
     /// The vector from the first part's centre to the second's.
     #[inline(never)]
     fn separation(&self, pose: &Pose) -> Vec3 {

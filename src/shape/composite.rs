@@ -95,8 +95,10 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
 
 /// Places of the parts that are not inside another one; of parts that coincide the first.
 fn outer(parts: &[Part]) -> Vec<usize> {
+    let extended: Vec<usize> =
+        (0..parts.len()).filter(|&part| parts[part].shape.circumradius() > 0.0).collect();
     let hidden = |k: usize| {
-        (0..parts.len()).any(|other| {
+        extended.iter().any(|&other| {
             other != k && inside(&parts[k], &parts[other]) && (other < k || !inside(&parts[other], &parts[k]))
         })
     };

@@ -384,3 +384,36 @@ def test_pictures_draw_all_parts(tmp_path):
     assert len(ax.patches) == 5
     assert [len(parts) for parts in run.view()._data["surfaces"]] == [1, 4]
     matplotlib.pyplot.close("all")
+
+
+def test_a_binary_with_a_composite():
+    """Its parts' masses count in their proportion; a locked dumbbell librates as its moments of inertia say."""
+    parts = dumbbell(0.1, 0.1)
+    primary = fullbody.Component(diameter=0.7, rotation_period=3.0, mass=4.7e11, name="A")
+    second = fullbody.Component(composite=Composite(parts), mass=1.7e10, name="B")
+    united = {"units": ("km", "hour", "kg")}
+    system, state = fullbody.binary(primary, second, semi_major_axis=3.3, elements="mean", **united)
+    np.testing.assert_allclose(system.masses.to_value("kg"), [4.7e11, 1.7e10], rtol=1e-15)
+    assert [part.mass.to_value("kg") for part in system["B"].shape.parts] == pytest.approx([8.5e9, 8.5e9], rel=1e-15)
+    run = system.integrate(state.rotated("B", [0, 0, 1], 0.01), "900 hour", output="1 hour")
+    swings = fullbody.observables.libration(run)
+    # Murray & Dermott (1999), Eq. (5.45), with I = 2/5 m r^2 about the line of the balls and m d^2 more across it.
+    along, across = 2 / 5 * 0.1**2, 2 / 5 * 0.1**2 + 0.1**2
+    mu = system.G.to_value("km3 / (kg hour2)") * 4.7e11
+    rate = np.sqrt(3 * (across - along) / across * mu / 3.3**3)
+    # The next term is of the order of (0.2 / 6)^2, and the amplitude's of 0.01^2 / 4.
+    assert swings.frequencies[0].to_value("rad / hour") == pytest.approx(rate, rel=5e-3)
+    for make, match in (
+        (lambda: fullbody.Component(composite=parts), "composite of a component is"),
+        (lambda: fullbody.Component(composite=Composite(parts), diameter=1.0), "has 2 of semi_axes, diameters"),
+        (lambda: fullbody.Component(composite=Composite(parts), density=1.0), "is given a density, and is a composite"),
+        (
+            lambda: fullbody.binary(
+                primary, fullbody.Component(composite=Composite(parts), name="B"), total_mass=1e12, period=60.0, G=1.0,
+                equal_density=True,
+            ),
+            "equal_density is given, and B is a composite; expected mass_ratio",
+        ),
+    ):  # fmt: skip
+        with pytest.raises(fullbody.InvalidInput, match=match):
+            make()
