@@ -6,7 +6,7 @@ use crate::environment::{BOOK, Environment, Switch};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
-use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, Rule, RuleMemory, TooNear};
+use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
@@ -124,7 +124,7 @@ impl Dynamics {
         for ((.., link), memory) in self.links.iter_mut().zip(memory) {
             patience.spend(CHOICE, 0.0)?;
             link.pair.recall(memory.as_ref())?;
-            patience.spend(link.pair.rule().map_or(0, Rule::nodes) as u64, 0.0)?;
+            patience.spend(link.pair.work(), 0.0)?;
         }
         Ok(())
     }
@@ -186,7 +186,7 @@ impl Dynamics {
                 && (*a, *b) == (i, j)
             {
                 patience.spend(CHOICE + link.prepare(&pose, foreseen.as_ref())?, time)?;
-                work += LINK + link.pair.rule().map_or(0, Rule::nodes) as u64;
+                work += LINK + link.pair.work();
                 index += 1;
             }
         }
@@ -358,7 +358,7 @@ impl Dynamics {
         self.turn(y);
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
-            patience.spend(LINK + link.pair.rule().map_or(0, Rule::nodes) as u64, time)?;
+            patience.spend(LINK + link.pair.work(), time)?;
             potential += self.system.strength(*i, *j) * link.potential_energy(&self.pose(y, *i, *j));
         }
         let translational =

@@ -69,6 +69,18 @@ impl Pair {
         self.rule.as_ref()
     }
 
+    /// Units of work of an evaluation with the rule in force, for [`crate::patience::Patience`].
+    pub fn work(&self) -> u64 {
+        let Some(rule) = &self.rule else { return 0 };
+        let each = match &rule.kernel {
+            Kernel::Far(_) | Kernel::Near(_) => 1,
+            Kernel::Facets => self.field_and_set(rule)[0].polyhedron().map_or(1, |p| p.faces().len()),
+            // Its points take less than nodes do.
+            Kernel::Layer(layer) => 1 + layer.count / 4,
+        };
+        (rule.nodes() * each) as u64
+    }
+
     /// The least separation at which the rule in force holds.
     #[inline]
     pub fn valid_from(&self) -> f64 {

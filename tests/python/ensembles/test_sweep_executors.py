@@ -16,7 +16,7 @@ import pytest
 from fullbody import FullbodyError, Interrupted, InvalidInput
 from maps import angle, assert_same, circle
 
-HERE = Path(__file__).parent
+DATA = Path(__file__).parents[2] / "data"
 SPAWN = multiprocessing.get_context("spawn")
 
 
@@ -184,7 +184,7 @@ def test_a_worker_of_processes_dies(tmp_path):
 @pytest.mark.timeout(120)
 def test_a_worker_of_dask_dies(tmp_path):
     """What it held is computed by another, and the map is the one of a single process."""
-    subprocess.run([sys.executable, HERE / "cluster.py", tmp_path], check=True, timeout=110)
+    subprocess.run([sys.executable, DATA / "cluster.py", tmp_path], check=True, timeout=110)
     assert (tmp_path / "died").exists()
     assert (tmp_path / "dask.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()
     rows, workers = zip(*(line.split() for line in (tmp_path / "log of dask").read_text().splitlines()), strict=True)
