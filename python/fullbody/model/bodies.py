@@ -181,7 +181,7 @@ class Body(Tabled):
         what, amount = ("mass", self._mass) if self._density is None else ("density", self._density)
         called = self._name if self._name is not None else "the body"
         lengths = {label: (value, "length") for label, value in lengths_of(self._shape).items()}
-        return {f"{what} of {called}": (amount, what), **lengths}
+        return {**lengths, f"{what} of {called}": (amount, what)}
 
     def _own_units(self) -> Units:
         return own_units(self._numbers())
