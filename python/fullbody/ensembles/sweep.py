@@ -134,7 +134,7 @@ def sweep(
         import xarray  # noqa: F401
     # Most sessions have no sweep, and are spared the time to import these.
     from . import store as stores
-    from .dataset import dataset
+    from .dataset import FAILURE, dataset
     from .executors import here, submitted
 
     for name, function in (("setup", setup), ("measure", measure)):
@@ -144,6 +144,9 @@ def sweep(
         raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
     rng = RNG in _arguments(setup)
     rows = plan(parameters, _seed(seed))
+    for name in (*rows.columns, *rows.dimensions):
+        if name in FAILURE:
+            raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
     _check_names(setup, rows, rng)
     if rng and seed is None:
         raise InvalidInput(f"seed is None, but the set-up takes {RNG}; expected a whole number")
@@ -155,6 +158,8 @@ def sweep(
     if isinstance(until, str) and until not in rows.columns:
         # An error comes before all work.
         from_text(until, "until", "time")
+    if isinstance(output, str) and output != "ends":
+        from_text(output, "output", "time")
     job = Job(setup, measure, until, output, integrator, tuple(watched(events)), bool(dense), width, seed, rng)
     outcomes: dict[int, Outcome] = {}
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})

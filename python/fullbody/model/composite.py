@@ -212,7 +212,13 @@ class Composite:
         if not isinstance(shape, Ellipsoid | Sphere):
             raise InvalidInput(f"shape is {shape!r}; expected an Ellipsoid or a Sphere")
         sizes = numbers(fractions, "fractions")
-        if sizes.ndim != 1 or not sizes.size or sizes[0] != 1.0 or not (np.diff(sizes) < 0.0).all() or not (sizes > 0.0).all():
+        if (
+            sizes.ndim != 1
+            or not sizes.size
+            or sizes[0] != 1.0
+            or not (np.diff(sizes) < 0.0).all()
+            or not (sizes > 0.0).all()
+        ):
             raise InvalidInput(f"fractions is {fractions!r}; expected numbers that fall from 1 and stay above zero")
         known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in densities]
         if len(known) != len(sizes):

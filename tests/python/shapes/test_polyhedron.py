@@ -524,7 +524,7 @@ def test_pictures_show_polyhedra(tmp_path):
     page = run.view().to_html()
     assert json.dumps("triangles") in page
     for thing in (run, run.system, bodies[0]):
-        assert "8 faces" in thing._repr_html_().replace("faces</td><td style=\"text-align:left\">8", "8 faces")
+        assert "8 faces" in thing._repr_html_().replace('faces</td><td style="text-align:left">8', "8 faces")
 
 
 def test_what_is_not_done_is_refused():
