@@ -112,7 +112,7 @@ def integrate_many(
     except BaseException as error:
         many.fill()
         if isinstance(error, KeyboardInterrupt):
-            interrupted = Interrupted(f"interrupted with {many.whole()} members done; the runs so far are in .runs")
+            interrupted = Interrupted(f"interrupted with {many.whole()} done; the runs so far are in .runs")
             interrupted.runs = many.answers
             raise interrupted from None
         with contextlib.suppress(AttributeError):
@@ -199,7 +199,7 @@ class _Many:
         """How many members are done."""
         of = "" if self.total is None else f" of {self.total}"
         done = [a for a in self.answers if a is not None and getattr(a, "stop_reason", None) != "interrupted"]
-        return f"{len(done)}{of}"
+        return f"{len(done)}{of} {'member' if (self.total or len(done)) == 1 else 'members'}"
 
     def warn(self) -> None:
         """Warn of doubtful starts."""

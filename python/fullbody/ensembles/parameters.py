@@ -231,11 +231,11 @@ def plan(parameters: Any, seed: Any) -> Plan:
     for name in {"row", "draw"} & dimensions.keys() & columns.keys():
         if columns[name].along != (list(dimensions).index(name),):
             raise InvalidInput(f"parameters has the name {name!r}, which is that of a dimension; expected another")
-    found = Plan(dimensions, columns, labels)
-    if math.prod(found.shape) > _MOST_ROWS:
-        sizes = " x ".join(f"{size} ({name})" for name, size in dimensions.items())
-        raise InvalidInput(f"parameters has {sizes} rows; expected at most {_MOST_ROWS} in one sweep")
-    return _draw(found, random, seed)
+    without = Plan(dimensions, columns, labels)
+    if math.prod(without.shape) > _MOST_ROWS:
+        product = " x ".join(f"{size} ({name})" for name, size in dimensions.items())
+        raise InvalidInput(f"parameters has {product} rows; expected at most {_MOST_ROWS} in one sweep")
+    return _draw(without, random, seed)
 
 
 def _kind(part: Any) -> Any:
