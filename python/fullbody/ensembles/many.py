@@ -99,10 +99,7 @@ def integrate_many(
     >>> runs[0] == system.integrate(state, 100.0, output=1.0)
     True
     """
-    if threads is not None and not 1 <= (integer(threads) or 0) <= _MOST_THREADS:
-        raise InvalidInput(
-            f"threads is {threads!r}; expected a whole number from 1 to {_MOST_THREADS}, or None for all cores"
-        )
+    threads = None if threads is None else thread_count(threads)
     many = _Many(members, until, output, integrator, watched(events), dense)
     try:
         with Tally(progress, many.total) as report:
@@ -119,6 +116,16 @@ def integrate_many(
             error.runs = many.answers  # type: ignore[attr-defined]
         raise
     return many.answers
+
+
+def thread_count(threads: Any) -> int:
+    """A number of threads, or an error."""
+    number = integer(threads)
+    if number is None or not 1 <= number <= _MOST_THREADS:
+        raise InvalidInput(
+            f"threads is {threads!r}; expected a whole number from 1 to {_MOST_THREADS}, or None for all cores"
+        )
+    return number
 
 
 class _Many:

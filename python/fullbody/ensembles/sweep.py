@@ -18,6 +18,7 @@ from ..errors import FullbodyError, Interrupted, InvalidInput
 from ..events import Event
 from ..motion.options import watched
 from ..record.integrators import Integrator, Verner98
+from .many import thread_count
 from .parameters import RNG, Plan, chunks, columns_of, plan
 from .work import Job, Outcome, ordered
 
@@ -152,9 +153,11 @@ def sweep(
         raise InvalidInput(f"seed is None, but the set-up takes {RNG}; expected a whole number")
     if seed is not None and not (rng or rows.random):
         raise InvalidInput(f"seed is {seed!r}, but nothing is drawn; expected none")
-    width = None if threads is None and executor is None else _count(1 if threads is None else threads, "threads")
+    width = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
     many = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
-    size = _count(many if chunk is None else chunk, "chunk")
+    size = many if chunk is None else integer(chunk)
+    if size is None or size < 1:
+        raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
     if isinstance(until, str) and until not in rows.columns:
         # An error comes before all work.
         from_text(until, "until", "time")
@@ -229,13 +232,6 @@ def _seed(seed: Any) -> Any:
     if not numbers or any(number is None or number < 0 for number in numbers):
         raise InvalidInput(f"seed is {seed!r}; expected a whole number from zero, or a list of some")
     return numbers if many else numbers[0]
-
-
-def _count(value: Any, what: str) -> int:
-    number = integer(value)
-    if number is None or number < 1:
-        raise InvalidInput(f"{what} is {value!r}; expected a whole number above zero")
-    return number
 
 
 def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
