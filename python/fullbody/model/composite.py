@@ -220,7 +220,13 @@ class Composite:
             or not (sizes > 0.0).all()
         ):
             raise InvalidInput(f"fractions is {fractions!r}; expected numbers that fall from 1 and stay above zero")
-        known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in densities]
+        try:
+            given = list(densities)
+        except TypeError as error:
+            raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
+        known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in given]
+        if len({is_quantity(value) for value in known if not _is_zero(value)}) == 2:
+            raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
         if len(known) != len(sizes):
             raise InvalidInput(f"densities has {len(known)} numbers; expected {len(sizes)}, as fractions has")
         parts, outer = [], None

@@ -246,6 +246,8 @@ BALL = Part(Sphere(1.0), mass=1.0)
         (lambda: Composite.layers(Sphere(1.0), (0.9, 0.5), (1.0, 2.0)), "expected numbers that fall from 1"),
         (lambda: Composite.layers(Sphere(1.0), (1.0, 1.0), (1.0, 2.0)), "expected numbers that fall from 1"),
         (lambda: Composite.layers(Sphere(1.0), (), ()), "expected numbers that fall from 1"),
+        (lambda: Composite.layers(Sphere(1.0), (1.0,), 2.0), "densities is 2.0; expected numbers"),
+        (lambda: Composite.layers(Sphere(1.0), (1.0, 0.5), ("1 g/cm3", 2.0)), "expected all with a unit or none"),
         (lambda: Composite.layers(Sphere(1.0), (1.0, 0.5), (1.0,)), "densities has 1 numbers; expected 2"),
         (lambda: Composite.layers(Sphere(1.0), (1.0, 0.5), (1.0, -2.0)), "a density is -2.0"),
         (lambda: Composite.layers(PointMass(), (1.0,), (1.0,)), "shape is PointMass"),
