@@ -107,7 +107,7 @@ impl Pair {
             ),
             detail: format!(
                 "at separation {} two rules of up to {} points a face differ by {difference:.1e}, more than the tolerance \
-                 {:e}; use a larger gravity_tolerance, or fewer faces",
+                 {:e}; use a larger gravity_tolerance, or smaller faces",
                 pose.separation.norm() * self.unit,
                 LADDER[level].pow(2),
                 self.tolerance,

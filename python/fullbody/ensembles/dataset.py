@@ -36,15 +36,20 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
     for outcome in found:
         failures[outcome.row] = outcome.failure or Failure("", "", "")
     columns = columns_of(plan)
-    taken = {*columns, *plan.dimensions, *FAILURE}
+    #: Names of parameters, variables and dimensions, by the variable that has them.
+    taken = dict.fromkeys((*columns, *plan.dimensions, *FAILURE), "")
     variables: dict[str, _Variable] = {}
     for outcome in found:
         try:
             for name, measured in outcome.values.items():
-                if name in taken:
-                    raise InvalidInput(f"measure gives {name}, which is the name of a parameter or kept for errors")
                 if name not in variables:
-                    variables[name] = _Variable(name, measured, outcome.row, len(plan))
+                    variable = _Variable(name, measured, outcome.row, len(plan))
+                    for own in (name, *variable.inner):
+                        if own in taken:
+                            of = f"a dimension of {taken[own]}" if taken[own] else "a parameter or kept for errors"
+                            raise InvalidInput(f"measure gives {name}, but {own} is the name of {of}")
+                    taken |= dict.fromkeys((name, *variable.inner), name)
+                    variables[name] = variable
                 variables[name].put(outcome.row, measured)
         except InvalidInput as error:
             if outcome.failure is None:
@@ -52,10 +57,9 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
     dims = tuple(plan.dimensions)
     fields: dict[str, Any] = {}
     for name, variable in variables.items():
-        inner = tuple(f"{name}_{axis}" for axis in range(variable.values.ndim - 1))
         shape = (*plan.shape, *variable.values.shape[1:])
         values = variable.values.astype(str) if variable.values.dtype == object else variable.values
-        fields[name] = ((*dims, *inner), values.reshape(shape), variable.attributes)
+        fields[name] = ((*dims, *variable.inner), values.reshape(shape), variable.attributes)
     for name, parts in zip(FAILURE, zip(*[(f.name, f.text, f.stage) for f in failures], strict=True), strict=True):
         fields[name] = (dims, np.array(parts, dtype=str).reshape(plan.shape), {"long_name": FAILURE[name]})
     coordinates: dict[str, Any] = {name: (along, *_plain(values)) for name, (along, values) in columns.items()}
@@ -72,6 +76,8 @@ class _Variable:
             self.values: Any = np.full(rows, "", dtype=object)
         else:
             self.values = np.full((rows, *first.value.shape), np.nan)
+        #: Names of the dimensions that each row has.
+        self.inner = tuple(f"{name}_{axis}" for axis in range(self.values.ndim - 1))
         self.attributes = {} if first.unit is None else {"units": first.unit}
 
     def put(self, row: int, measured: Measured) -> None:

@@ -55,7 +55,7 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
     FullbodyError
         Where the executor's workers die.
     """
-    if not callable(getattr(executor, "submit", None)):
+    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise InvalidInput(
             f"executor is {executor!r}; expected one with the interface of concurrent.futures, such as "
             "ProcessPoolExecutor(), or client.get_executor() of dask.distributed"
@@ -70,6 +70,8 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
             future = executor.submit(call, rows)
         except BrokenExecutor as error:
             raise FullbodyError(_BROKEN) from error
+        except RuntimeError as error:
+            raise FullbodyError(f"the executor takes no work: {error}; expected one that is not shut down") from error
         held[future] = rows, tries
         future.add_done_callback(done.put)
 

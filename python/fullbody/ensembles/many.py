@@ -99,10 +99,7 @@ def integrate_many(
     >>> runs[0] == system.integrate(state, 100.0, output=1.0)
     True
     """
-    if threads is not None and not 1 <= (integer(threads) or 0) <= _MOST_THREADS:
-        raise InvalidInput(
-            f"threads is {threads!r}; expected a whole number from 1 to {_MOST_THREADS}, or None for all cores"
-        )
+    threads = None if threads is None else thread_count(threads)
     many = _Many(members, until, output, integrator, watched(events), dense)
     try:
         with Tally(progress, many.total) as report:
@@ -112,13 +109,23 @@ def integrate_many(
     except BaseException as error:
         many.fill()
         if isinstance(error, KeyboardInterrupt):
-            interrupted = Interrupted(f"interrupted with {many.whole()} members done; the runs so far are in .runs")
+            interrupted = Interrupted(f"interrupted with {many.whole()} done; the runs so far are in .runs")
             interrupted.runs = many.answers
             raise interrupted from None
         with contextlib.suppress(AttributeError):
             error.runs = many.answers  # type: ignore[attr-defined]
         raise
     return many.answers
+
+
+def thread_count(threads: Any) -> int:
+    """A number of threads, or an error."""
+    number = integer(threads)
+    if number is None or not 1 <= number <= _MOST_THREADS:
+        raise InvalidInput(
+            f"threads is {threads!r}; expected a whole number from 1 to {_MOST_THREADS}, or None for all cores"
+        )
+    return number
 
 
 class _Many:
@@ -199,7 +206,7 @@ class _Many:
         """How many members are done."""
         of = "" if self.total is None else f" of {self.total}"
         done = [a for a in self.answers if a is not None and getattr(a, "stop_reason", None) != "interrupted"]
-        return f"{len(done)}{of}"
+        return f"{len(done)}{of} {'member' if (self.total or len(done)) == 1 else 'members'}"
 
     def warn(self) -> None:
         """Warn of doubtful starts."""

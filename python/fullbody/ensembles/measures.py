@@ -13,6 +13,7 @@ from ..events import Contact, Escape
 from ..model.system import BaseSystem
 from ..observables import libration as swings
 from ..observables import mutual_period, tumbles
+from ..observables._relative import check_run
 from ..record.base import BaseRun
 
 __all__ = ["attitude", "drift", "fate", "libration", "orbit"]
@@ -64,6 +65,7 @@ def fate(run: BaseRun, *, body: int | str = 1, about: int | str = 0, beyond: Any
     >>> [fullbody.ensembles.fate(getattr(run, "run", run))["fate"] for run in runs]
     ['contact', 'bound', 'escape']
     """
+    check_run(run, "a fate")
     system, units = run.system, run.system._units
     body, about = system._place(body, "body"), system._place(about, "about")
     limit = _far(system, body, about) if beyond is None else units.number(beyond, "length", "beyond")
@@ -247,5 +249,6 @@ def drift(run: BaseRun) -> dict[str, Any]:
     >>> all(size < 1e-12 for size in found.values())
     True
     """
+    check_run(run, "a drift")
     names = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
     return {name: float(np.abs(getattr(run, name)).max()) if len(run) else None for name in names}

@@ -16,6 +16,8 @@ from ..errors import InvalidInput
 
 __all__ = ["RNG", "Draws", "Paired", "Plan", "draws", "paired", "plan"]
 
+#: More rows than any machine has the memory for are a mistake.
+_MOST_ROWS = 10**8
 #: The argument of a set-up that takes the row's random numbers, and no parameter's name.
 RNG = "rng"
 
@@ -150,6 +152,20 @@ class Plan:
         return {name: column.value(place) for name, column in self.columns.items()}
 
 
+def storable(text: str) -> bool:
+    """Whether files can hold a text."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return "\0" not in text
+
+
+def fits(name: str) -> bool:
+    """Whether files can have a variable or dimension of that name."""
+    return name not in ("", ".") and "/" not in name and storable(name)
+
+
 def stream(seed: Any, row: int, kind: int) -> np.random.Generator:
     """The random numbers of a row: kind 0 for its drawn parameters, 1 for its set-up."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row, kind)))
@@ -170,6 +186,8 @@ def plan(parameters: Any, seed: Any) -> Plan:
     def dimension(name: str, size: int) -> int:
         if name in dimensions:
             raise InvalidInput(f"parameters has two dimensions of the name {name!r}; expected one")
+        if not fits(name):
+            raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
         dimensions[name] = size
         return len(dimensions) - 1
 
@@ -213,7 +231,11 @@ def plan(parameters: Any, seed: Any) -> Plan:
     for name in {"row", "draw"} & dimensions.keys() & columns.keys():
         if columns[name].along != (list(dimensions).index(name),):
             raise InvalidInput(f"parameters has the name {name!r}, which is that of a dimension; expected another")
-    return _draw(Plan(dimensions, columns, labels), random, seed)
+    without = Plan(dimensions, columns, labels)
+    if math.prod(without.shape) > _MOST_ROWS:
+        product = " x ".join(f"{size} ({name})" for name, size in dimensions.items())
+        raise InvalidInput(f"parameters has {product} rows; expected at most {_MOST_ROWS} in one sweep")
+    return _draw(without, random, seed)
 
 
 def _kind(part: Any) -> Any:
@@ -262,7 +284,8 @@ def _values(given: Any, name: str) -> Any:
         raise InvalidInput(f"{name} is {given!r}; {expected}") from error
     if np.ndim(values) > 1 or (np.ndim(values) and not len(values)):
         raise InvalidInput(f"{name} has shape {np.shape(values)}; {expected}")
-    if not is_quantity(values) and values.dtype.kind not in "biufU":
+    texts_fit = is_quantity(values) or values.dtype.kind != "U" or all(map(storable, np.ravel(values).tolist()))
+    if not texts_fit or (not is_quantity(values) and values.dtype.kind not in "biufU"):
         raise InvalidInput(f"{name} is {given!r}; {expected}")
     return values
 

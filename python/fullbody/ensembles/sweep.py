@@ -18,6 +18,7 @@ from ..errors import FullbodyError, Interrupted, InvalidInput
 from ..events import Event
 from ..motion.options import watched
 from ..record.integrators import Integrator, Verner98
+from .many import thread_count
 from .parameters import RNG, Plan, chunks, columns_of, plan
 from .work import Job, Outcome, ordered
 
@@ -134,7 +135,7 @@ def sweep(
         import xarray  # noqa: F401
     # Most sessions have no sweep, and are spared the time to import these.
     from . import store as stores
-    from .dataset import dataset
+    from .dataset import FAILURE, dataset
     from .executors import here, submitted
 
     for name, function in (("setup", setup), ("measure", measure)):
@@ -144,17 +145,24 @@ def sweep(
         raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
     rng = RNG in _arguments(setup)
     rows = plan(parameters, _seed(seed))
+    for name in (*rows.columns, *rows.dimensions):
+        if name in FAILURE:
+            raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
     _check_names(setup, rows, rng)
     if rng and seed is None:
         raise InvalidInput(f"seed is None, but the set-up takes {RNG}; expected a whole number")
     if seed is not None and not (rng or rows.random):
         raise InvalidInput(f"seed is {seed!r}, but nothing is drawn; expected none")
-    width = None if threads is None and executor is None else _count(1 if threads is None else threads, "threads")
+    width = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
     many = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
-    size = _count(many if chunk is None else chunk, "chunk")
+    size = many if chunk is None else integer(chunk)
+    if size is None or size < 1:
+        raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
     if isinstance(until, str) and until not in rows.columns:
         # An error comes before all work.
         from_text(until, "until", "time")
+    if isinstance(output, str) and output != "ends":
+        from_text(output, "output", "time")
     job = Job(setup, measure, until, output, integrator, tuple(watched(events)), bool(dense), width, seed, rng)
     outcomes: dict[int, Outcome] = {}
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
@@ -224,13 +232,6 @@ def _seed(seed: Any) -> Any:
     if not numbers or any(number is None or number < 0 for number in numbers):
         raise InvalidInput(f"seed is {seed!r}; expected a whole number from zero, or a list of some")
     return numbers if many else numbers[0]
-
-
-def _count(value: Any, what: str) -> int:
-    number = integer(value)
-    if number is None or number < 1:
-        raise InvalidInput(f"{what} is {value!r}; expected a whole number above zero")
-    return number
 
 
 def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:

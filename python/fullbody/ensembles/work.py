@@ -17,7 +17,7 @@ from ..model.state import State
 from ..motion.simulation import System
 from ..record.integrators import Integrator
 from .many import integrate_many
-from .parameters import RNG, stream
+from .parameters import RNG, fits, storable, stream
 
 __all__ = ["Failure", "Job", "Measured", "Outcome", "Rows", "work", "work_sent"]
 
@@ -48,7 +48,8 @@ class Failure:
     @classmethod
     def of(cls, error: BaseException, stage: str) -> Failure:
         """From an error."""
-        return cls(type(error).__name__, str(error), stage)
+        text = str(error).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
+        return cls(type(error).__name__, text, stage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,13 +152,15 @@ def _measured(found: Any) -> dict[str, Measured]:
     if not isinstance(found, Mapping):
         raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
     for name in found:
-        if not isinstance(name, str) or not name or "/" in name:
+        if not isinstance(name, str) or not fits(name):
             raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
     return {name: _value(value, name) for name, value in found.items()}
 
 
 def _value(value: Any, name: str) -> Measured:
     if isinstance(value, str):
+        if not storable(value):
+            raise InvalidInput(f"measure gives {name} = {value!r}; expected text that UTF-8 has, without zeros")
         return Measured(value)
     refuse_masked(value, name)
     unit = str(value.unit) if is_quantity(value) else None

@@ -212,9 +212,21 @@ class Composite:
         if not isinstance(shape, Ellipsoid | Sphere):
             raise InvalidInput(f"shape is {shape!r}; expected an Ellipsoid or a Sphere")
         sizes = numbers(fractions, "fractions")
-        if sizes.ndim != 1 or sizes[:1] != [1.0] or not (np.diff(sizes) < 0.0).all() or not (sizes > 0.0).all():
+        if (
+            sizes.ndim != 1
+            or not sizes.size
+            or sizes[0] != 1.0
+            or not (np.diff(sizes) < 0.0).all()
+            or not (sizes > 0.0).all()
+        ):
             raise InvalidInput(f"fractions is {fractions!r}; expected numbers that fall from 1 and stay above zero")
-        known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in densities]
+        try:
+            given = list(densities)
+        except TypeError as error:
+            raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
+        known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in given]
+        if len({is_quantity(value) for value in known if not _is_zero(value)}) == 2:
+            raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
         if len(known) != len(sizes):
             raise InvalidInput(f"densities has {len(known)} numbers; expected {len(sizes)}, as fractions has")
         parts, outer = [], None

@@ -72,14 +72,16 @@ class Polyhedron:
     def __init__(self, vertices: Any, faces: Any) -> None:
         points: Any = vectors(vertices, "vertices")
         self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
+        expected = "expected whole numbers (F, 3)"
         try:
             given = np.asarray(faces)
-            found = given.astype(np.int64)
-            whole = given.ndim == 2 and given.shape[1:] == (3,) and bool(np.all(found == given))
-        except (TypeError, ValueError):
-            whole = False
-        if not whole:
-            raise InvalidInput(f"faces is of shape {np.shape(faces)}; expected whole numbers (F, 3)")
+            # What is no number becomes one that differs from it.
+            with np.errstate(invalid="ignore"):
+                found = given.astype(np.int64)
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(f"faces is no table of numbers; {expected}") from error
+        if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind == "b" or not np.all(found == given):
+            raise InvalidInput(f"faces is of shape {given.shape} and type {given.dtype}; {expected}")
         self._faces: npt.NDArray[np.int64] = found
         plain = points.value if is_quantity(points) else points
         self._made = _core.Polyhedron(np.ascontiguousarray(plain, dtype=np.float64), np.ascontiguousarray(found))
@@ -137,7 +139,11 @@ class Polyhedron:
         if unit is not None:
             with need("units", "a unit"):
                 from astropy import units as u
-            vertices = vertices * u.Unit(unit)
+            try:
+                vertices = u.Quantity(vertices, unit)
+                vertices.to_value(u.m)
+            except (TypeError, ValueError) as error:
+                raise InvalidInput(f"unit is {unit!r}; expected a length, such as 'km'") from error
         try:
             return cls(vertices, faces)
         except InvalidInput as error:

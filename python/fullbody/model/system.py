@@ -500,8 +500,13 @@ class BaseSystem(Tabled):
         rows: list[Sequence[str]] = []
         for name, described in zip(self.names, self._describe()["bodies"], strict=True):
             parts = described.get("parts")
-            sizes = described["size"].values() if parts is None else ()
-            size = ", ".join(f"{value:.8g}" for value in sizes) if parts is None else f"{len(parts)} parts"
+            sizes = described.get("size", {})
+            if parts is not None:
+                size = f"{len(parts)} parts"
+            elif "faces" in sizes:
+                size = f"{len(sizes['faces'])} faces"
+            else:
+                size = ", ".join(f"{value:.8g}" for value in sizes.values())
             mass = described["mass"] if parts is None else sum(part["mass"] for part in parts)
             rows.append((name, described["shape"], size or "-", f"{mass:.8g}"))
         return Table("Bodies", header, rows)

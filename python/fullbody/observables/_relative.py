@@ -28,6 +28,14 @@ NEAREST = 1e-9
 _APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 
+def check_run(run: object, what: str) -> None:
+    """Refuse what is no run, such as an error in the place of one."""
+    from ..record.base import BaseRun
+
+    if not isinstance(run, BaseRun):
+        raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
+
+
 class RelativeMotion:
     """The numbers of a run that observables need, and its units for their results.
 
@@ -44,10 +52,7 @@ class RelativeMotion:
     def __init__(
         self, run: BaseRun, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
     ) -> None:
-        from ..record.base import BaseRun
-
-        if not isinstance(run, BaseRun):
-            raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
+        check_run(run, what)
         body = run.system._place(body, f"body of {what}")
         about = int(body == 0) if about is None else about
         about = run.system._place(about, f"about of {what}")

@@ -94,6 +94,9 @@ def test_a_run_that_tells_nothing():
     run = answer(spheres(6.0, 0.0, 0.4), 1.0, output=[])
     with pytest.raises(fullbody.InvalidInput, match="no samples"):
         fate(run)
+    for measure in (fate, drift):
+        with pytest.raises(fullbody.InvalidInput, match=r"is a ValueError; expected a fullbody\.Run"):
+            measure(ValueError("in the place of a run"))
     assert drift(run) == {"energy_drift": None, "energy_drift_orbital": None, "angular_momentum_drift": None}
     # Fixed steps that end before the end: the function fails at time 3.
     failing = events.Function(lambda state: 1.0 if state.time < 3.0 else None)

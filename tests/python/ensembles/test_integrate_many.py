@@ -398,3 +398,12 @@ def test_sigint_in_a_program_of_its_own():
     done = subprocess.run([sys.executable, "-c", KILLED], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "passed\n"
+
+
+def test_ctrl_c_in_a_generator_of_members():
+    def members():
+        yield SYSTEM, STATE
+        raise KeyboardInterrupt
+
+    with pytest.raises(fullbody.Interrupted, match=r"^interrupted with 1 member done; the runs so far are in \.runs$"):
+        integrate_many(members(), 1.0, threads=1)

@@ -1,5 +1,7 @@
 """Maps over parameters: what their rows are, what comes of them, and what goes wrong with single ones."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import fullbody
 import numpy as np
 import pandas as pd
@@ -214,7 +216,43 @@ FAILURE = ("error", "error_text", "error_stage")
 def test_a_measure_may_not_take_a_parameters_name():
     found = fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=lambda run: {"mass": 1.0})
     assert (found.error == "InvalidInput").all()
-    assert "which is the name of a parameter" in str(found.error_text[0].values)
+    assert "is the name of a parameter" in str(found.error_text[0].values)
+
+
+def test_names_of_dimensions_are_taken_too():
+    """A list has a dimension that has its name and a number."""
+
+    def measure(run):
+        return {"a": np.zeros(2), "a_0": 1.0}
+
+    found = fullbody.sweep(circle, {"mass": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
+    assert found["a"].dims == ("mass", "a_0")
+    assert (found.error_text == "measure gives a_0, but a_0 is the name of a dimension of a").all()
+    found = fullbody.sweep(lambda a_0: circle(a_0), {"a_0": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
+    assert (found.error_text == "measure gives a, but a_0 is the name of a parameter or kept for errors").all()
+
+
+def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
+    def measure(run):
+        match round(10 * run.system.masses[1]):
+            case 1:
+                raise ValueError("zero \0 and half a letter \udc80")
+            case 2:
+                return {"text": "half a letter \udc80"}
+            case 3:
+                return {"text": "zero \0"}
+            case 4:
+                return {".": 1.0}
+        return {"text": "whole"}
+
+    masses = [0.1, 0.2, 0.3, 0.4, 0.5]
+    found = fullbody.sweep(circle, {"mass": masses}, 0.1, measure=measure, store=tmp_path / "map.nc")
+    told = found.error_text.values.tolist()
+    assert told[0] == r"zero \0 and half a letter \udc80"
+    assert "expected text that UTF-8 has" in told[1]
+    assert "expected text that UTF-8 has" in told[2]
+    assert "the name '.'" in told[3]
+    assert found["text"].values.tolist() == ["", "", "", "", "whole"]
 
 
 @pytest.mark.parametrize(
@@ -238,6 +276,16 @@ def test_a_measure_may_not_take_a_parameters_name():
         ({"parameters": [draws(2), draws(3)]}, "two dimensions of the name 'draw'"),
         ({"parameters": paired(mass=[1.0], distance=[1.0, 2.0])}, "mass has 1, distance has 2; expected one length"),
         ({"parameters": paired()}, "there are none"),
+        ({"parameters": {"error": [0.1]}, "setup": lambda error: None}, "'error', which is kept for what goes wrong"),
+        ({"parameters": {"mass": ["zero \0."]}}, "mass is"),
+        ({"parameters": pd.DataFrame({"mass": [0.1]}, index=pd.Index(["a"], name="a/b"))}, "name 'a/b'"),
+        (
+            {"parameters": {"mass": np.ones(10**6), "distance": np.ones(10**6)}},
+            r"1000000 \(mass\) x 1000000 \(distance\) rows; expected at most 100000000",
+        ),
+        ({"parameters": draws(10**12, mass=stats.norm()), "seed": 1}, "rows; expected at most"),
+        ({"output": "end"}, "output is 'end'; expected numbers, or text with a unit"),
+        ({"executor": ThreadPoolExecutor}, "executor is <class"),
         ({"parameters": draws(2, mass=stats.norm())}, "seed is None, but mass is drawn"),
         (
             {"parameters": draws(2, mass=lambda rng: rng.normal(size=2)), "seed": 1},
@@ -251,7 +299,8 @@ def test_a_measure_may_not_take_a_parameters_name():
         ({"integrator": "ias15"}, "integrator is 'ias15'"),
         ({"events": [1]}, "events has 1"),
         ({"until": "soon"}, "until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'"),
-        ({"threads": 0}, "threads is 0; expected a whole number above zero"),
+        ({"threads": 0}, "threads is 0; expected a whole number from 1 to 1024"),
+        ({"threads": 5000, "executor": 3}, "threads is 5000; expected a whole number from 1 to 1024"),
         ({"chunk": 2.5}, "chunk is 2.5; expected a whole number above zero"),
         ({"executor": 3}, "executor is 3; expected one with the interface of concurrent.futures"),
     ],

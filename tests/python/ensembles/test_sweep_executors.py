@@ -123,6 +123,18 @@ def test_a_chunk_that_fails_everywhere(tmp_path):
     assert_same(swept(store=tmp_path / "map.nc"), swept())
 
 
+def test_an_executor_that_is_shut_down_meanwhile():
+    class Closing(Inline):
+        def submit(self, function, *args):
+            if self.calls == 2:
+                raise RuntimeError("cannot schedule new futures after shutdown")
+            return super().submit(function, *args)
+
+    with pytest.raises(FullbodyError, match=r"takes no work: cannot .*; expected one that is not shut down") as caught:
+        swept(executor=Closing())
+    assert (caught.value.dataset.error == "").values.tolist() == [True] * 4 + [False] * 3
+
+
 def test_a_store_that_cannot_be_written(tmp_path, monkeypatch):
     def full(self, outcomes):
         raise OSError(28, "No space left on device")

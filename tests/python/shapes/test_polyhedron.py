@@ -460,6 +460,9 @@ def test_shapes_are_read_from_files(tmp_path, kind):
     assert len(found.faces) == 8
     if kind != "stl":
         assert Polyhedron.load(path) == solid
+    for unit in ("kg", "kilometre-ish", 3, ("km",)):
+        with pytest.raises(fullbody.InvalidInput, match="expected a length, such as 'km'"):
+            Polyhedron.load(path, unit=unit)
 
 
 def test_files_that_are_no_shapes_are_refused(tmp_path):
@@ -520,6 +523,8 @@ def test_pictures_show_polyhedra(tmp_path):
     run.plot.orbit()
     page = run.view().to_html()
     assert json.dumps("triangles") in page
+    for thing in (run, run.system, bodies[0]):
+        assert "8 faces" in thing._repr_html_().replace('faces</td><td style="text-align:left">8', "8 faces")
 
 
 def test_what_is_not_done_is_refused():
@@ -538,6 +543,9 @@ def test_what_is_not_done_is_refused():
         ([[0.0, 0.0]], CUBE, "vertices"),
         (CORNERS, CUBE[:, :2], "faces is of shape"),
         (CORNERS, CUBE + 0.5, "faces is of shape"),
+        (CORNERS, CUBE * np.nan, "and type float64; expected whole numbers"),
+        (CORNERS, CUBE > 2, "and type bool; expected whole numbers"),
+        (CORNERS, [[0, 1, 2], [1, 2]], "faces is no table of numbers"),
         (CORNERS, CUBE - 1, "face 0, vertex 0"),
         (CORNERS, CUBE[:-1], "expected a closed surface"),
         (CORNERS, CUBE[:, ::-1], "turned inward"),
