@@ -12,6 +12,7 @@ use super::derivatives::Derivatives;
 use super::{Interaction, Method, Pose};
 use crate::math::monomials::{count, exponents, offset, position};
 use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
 use crate::shape::Shape;
 
 /// Monomials of the highest degree, and of all degrees, of three variables.
@@ -124,11 +125,13 @@ impl Polynomials {
                 });
             }
             Shape::Polyhedron(polyhedron) => {
-                let means = polyhedron.monomial_means(degree);
+                // Whoever has a caller to ask computed them before; endless patience has no end that would be an error.
+                let means = polyhedron.monomial_means(degree, &mut Patience::endless()).unwrap_or_default();
                 let radius = polyhedron.circumradius();
                 put(&|e| {
                     let n: usize = e.iter().sum();
-                    means[offset(n) + position(n, e[0], e[1])] * radius.powi(n as i32)
+                    let mean = means.get(offset(n) + position(n, e[0], e[1]));
+                    mean.map_or(f64::NAN, |mean| mean * radius.powi(n as i32))
                 });
             }
         }
