@@ -72,6 +72,9 @@ pub struct BodyInteraction {
     pub torque: Vec<Vec3>,
     /// Potential energy, negative.
     pub potential_energy: f64,
+    /// Of a series the first two degrees that it leaves out, relative to the force between the two bodies for which that is most; zero
+    /// of the other methods.
+    pub left_out: f64,
 }
 
 impl System {
@@ -238,7 +241,8 @@ impl System {
         let Method::Multipole(degree) = self.settings.gravity else { return Ok(()) };
         for part in self.bodies.iter().flat_map(Body::parts) {
             if let Shape::Polyhedron(polyhedron) = &part.shape {
-                polyhedron.monomial_means(degree, patience)?;
+                // Two degrees more tell what the series leaves out.
+                polyhedron.monomial_means(degree + 2, patience)?;
             }
         }
         Ok(())
@@ -253,10 +257,12 @@ impl System {
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             potential_energy: 0.0,
+            left_out: 0.0,
         };
         for (i, j) in self.pairs() {
             let pose = pose(state, i, j);
             let strength = self.strength(i, j);
+            let (mut between, mut left_out) = (Vec3::zeros(), 0.0);
             for mut link in self.links(i, j) {
                 patience.spend(NEW_PAIR, state.time)?;
                 link.prepare(&pose, None, patience).map_err(|error| error.at(state.time))?;
@@ -265,13 +271,16 @@ impl System {
                 for nodes in pieces {
                     patience.spend(work, state.time)?;
                     let f = link.interaction_of(&pose, nodes.clone());
+                    between += f.force_on_first;
                     result.force[i] += strength * f.force_on_first;
                     result.force[j] -= strength * f.force_on_first;
                     result.torque[i] += strength * f.torque_first;
                     result.torque[j] += strength * f.torque_second;
                     result.potential_energy += strength * link.potential_energy_of(&pose, nodes);
                 }
+                left_out += link.left_out(&pose).unwrap_or(0.0);
             }
+            result.left_out = result.left_out.max(left_out / between.norm());
         }
         for (body, (force, torque)) in self.bodies.iter().zip(result.force.iter().zip(&result.torque)) {
             in_range(&format!("force on {}", body.name), force.as_slice())?;

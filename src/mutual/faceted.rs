@@ -110,7 +110,7 @@ impl Pair {
     }
 
     /// Largest difference of two evaluations: of the force, and of the torques by the body's radius, relative to the force.
-    fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
+    pub(super) fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
         let force = one.force_on_first.norm();
         let torque =
             |a: &Vec3, b: &Vec3, body: usize| (a - b).norm() / self.bodies[body].shape.circumradius();

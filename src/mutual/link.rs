@@ -154,6 +154,14 @@ impl Link {
         self.arms.is_none().then_some(&self.pair)
     }
 
+    /// As [`Pair::left_out`], of this link's share in the force between the bodies.
+    pub fn left_out(&self, pose: &Pose) -> Option<f64> {
+        match &self.arms {
+            None => self.pair.left_out(pose),
+            Some(arms) => Some(arms.share.abs() * self.pair.left_out(&arms.pose(pose))?),
+        }
+    }
+
     /// The share of this link in the potential energy per unit G m m.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
         self.potential_energy_of(pose, Pair::ALL)

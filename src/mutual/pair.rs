@@ -156,6 +156,15 @@ impl Pair {
         }
     }
 
+    /// The size of the two degrees after the last one of the series: of the force, and of the torques by the body's radius. None of
+    /// a method that is no series.
+    pub fn left_out(&self, pose: &Pose) -> Option<f64> {
+        let multipole = self.multipole.as_ref()?;
+        let scaled = self.scaled(pose);
+        let (more, own) = (multipole.next().interaction(&scaled), multipole.interaction(&scaled));
+        Some(self.change(&more, &own) * more.force_on_first.norm() / self.unit / self.unit)
+    }
+
     /// Potential energy per unit G m m with the rule in force: negative.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
         self.potential_energy_of(pose, Self::ALL)

@@ -22,7 +22,7 @@ use pulp::Arch;
 use std::sync::{Arc, Mutex};
 
 /// Highest degree of the monomials whose means are computed.
-const MOST_POWERS: usize = 16;
+const MOST_POWERS: usize = 18;
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal axes of inertia.
 /// Copies share what they are made of.

@@ -244,6 +244,27 @@ def test_the_mutual_expansion_converges_to_the_exact_interactions(other):
         ).interactions(near)
 
 
+@pytest.mark.parametrize("mesh", [True, False])
+@pytest.mark.parametrize("distance", [4.0, 8.0])
+def test_a_series_tells_what_it_leaves_out(mesh, distance):
+    shapes = (box(1.0, 0.8, 0.5), octahedron(0.7, 0.5, 0.3)) if mesh else (Ellipsoid(1, 0.8, 0.6), Sphere(0.5))
+    lobes = Composite([Part(Ellipsoid(0.5, 0.4, 0.4), mass=2.0), Part(Sphere(0.3), mass=1.0, position=[0.7, 0, 0])])
+    for second in (shapes[1], lobes):
+        bodies = [Body(shapes[0], mass=2.0, name="A"), Body(second, mass=None if second is lobes else 1.0, name="B")]
+        state = pose([0.6 * distance, 0.64 * distance, 0.48 * distance])
+        exact = fullbody.System(bodies, G=1.0).interactions(state)
+        assert exact.left_out == 0.0
+        size = np.linalg.norm(exact.force[0])
+        for degree in (2, 4, 6):
+            found = fullbody.System(bodies, G=3.0, gravity=f"multipole:{degree}").interactions(state)
+            error = np.linalg.norm(found.force[0] / 3.0 - exact.force[0]) / size
+            torque = np.linalg.norm(found.torque / 3.0 - exact.torque, axis=1).max() / size
+            # The torque is counted by the bodies' radii, which are not far from one.
+            assert 0.7 * max(error, torque) < found.left_out < 6.0 * max(error, torque), (degree, error, torque)
+    highest = fullbody.System(bodies, G=1.0, gravity="multipole:16").interactions(state)
+    assert 0.0 <= highest.left_out < 1e-7
+
+
 def focal_points(a, b, c, n=12, m=48):
     """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
     t, w = np.polynomial.legendre.leggauss(2 * n + 1)
