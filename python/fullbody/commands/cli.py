@@ -17,7 +17,8 @@ def build_parser() -> argparse.ArgumentParser:
     """The parser with all subcommands."""
     parser = argparse.ArgumentParser(
         prog="fullbody",
-        description="Rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact gravity.",
+        description="Rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact "
+        "gravity.",
     )
     parser.add_argument("--version", action="version", version=f"fullbody {version()}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

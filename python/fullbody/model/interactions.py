@@ -27,9 +27,9 @@ class Interactions(ArrayFields, Tabled):
     potential_energy : float or Quantity
         Negative: minus the paper's U.
     left_out : float
-        Of ``gravity="multipole:N"``: the size of the two degrees after the last one, of the force, and of the torques by the
-        bodies' radii, relative to the force between the two bodies for which that is most. It estimates the series' error,
-        and says nothing of one that has ceased to converge. Zero for the other methods, which have no series.
+        Of ``gravity="multipole:N"``: the size of the two degrees after the last one, of the force, and of the torques
+        by the bodies' radii, relative to the force between the two bodies for which that is most. It estimates the
+        error of a series that converges. Zero for the other methods, which have no series.
     """
 
     force: Array
