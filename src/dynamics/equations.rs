@@ -274,8 +274,8 @@ impl Dynamics {
             let loads = (&mut self.acceleration[..], &mut self.torque[..]);
             // Two calls, since the results of one function alone stay out of memory.
             match link.ordinary() {
-                Some(pair) => add(pair.interaction_of(&pose, nodes.clone()), [i, j], g, masses, loads),
-                None => add(link.interaction_of(&pose, nodes.clone()), [i, j], g, masses, loads),
+                Some(pair) if nodes == Pair::ALL => add(pair.interaction(&pose), [i, j], g, masses, loads),
+                _ => add(link.interaction_of(&pose, nodes.clone()), [i, j], g, masses, loads),
             }
         }
         if self.layout.forces > 0 && part + 1 == self.parts.len() {
