@@ -4,6 +4,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Method, Pair, Pose};
+use fullbody::patience::Patience;
 use fullbody::shape::Shape;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -13,7 +14,7 @@ fn pair(method: Method, tolerance: f64, path: VectorPath, pose: &Pose) -> Option
     let body = |name, axes| Some(BodyGravity::new(name, &Shape::ellipsoid(axes).ok()?, &store));
     let (alpha, beta) = (body("Alpha", [0.766, 0.7475, 0.6735])?, body("Beta", [0.285, 0.2315, 0.1745])?);
     let mut pair = Pair::new(alpha, beta, method, tolerance, None, path.arch()?);
-    pair.prepare(pose, 0.0).ok()?;
+    pair.prepare(pose, 0.0, &mut Patience::endless()).ok()?;
     Some(pair)
 }
 

@@ -5,6 +5,7 @@ use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Pair, Pose};
 use fullbody::names::Named;
+use fullbody::patience::Patience;
 use fullbody::shape::Shape;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -26,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         rotation_second: rotation::tait_bryan_matrix([-0.5, 0.4, 1.7]),
     };
     let mut pair = Pair::new(alpha, beta, method.parse()?, tolerance.parse()?, None, arch);
-    pair.prepare(&pose, 0.0)?;
+    pair.prepare(&pose, 0.0, &mut Patience::endless())?;
     let started = Instant::now();
     for _ in 0..count {
         black_box(pair.interaction(black_box(&pose)));

@@ -109,6 +109,14 @@ impl Error {
             other => other,
         }
     }
+
+    /// The same at a time of the simulated motion, where that is all it lacks.
+    pub fn at(self, time: f64) -> Self {
+        match self {
+            Self::Interrupted { .. } => Self::Interrupted { time },
+            other => other,
+        }
+    }
 }
 
 /// Why rates of change cannot be had at a trial state.

@@ -1,4 +1,4 @@
-//! `fullbody`: rigid ellipsoids moving and turning in each other's exact gravity.
+//! `fullbody`: rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact gravity.
 //!
 //! The rooms, in the direction in which data flows; each uses only those above it:
 //!

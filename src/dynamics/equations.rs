@@ -8,6 +8,7 @@ use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
 use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
+use std::ops::Range;
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
 /// times that is the end of the chart.
@@ -28,9 +29,8 @@ pub struct Dynamics {
     pub(super) links: Vec<(usize, usize, Link)>,
     /// Units of work of one evaluation with the rules in force.
     work: u64,
-    /// Parts in which it is made, and the links in each.
-    parts: usize,
-    in_part: usize,
+    /// Parts in which it is made: links, and the nodes of their rules.
+    parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
     acceleration: Vec<Vec3>,
     torque: Vec<Vec3>,
@@ -54,6 +54,7 @@ impl System {
 impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
+        system.moments(patience)?;
         // Half a million pairs, of a thousand bodies, are not to be moved about.
         let mut links = Vec::with_capacity(system.count_links());
         for (i, j) in system.pairs() {
@@ -65,8 +66,7 @@ impl Dynamics {
         Ok(Self {
             layout: system.layout(),
             work: 0,
-            parts: 1,
-            in_part: links.len(),
+            parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
             acceleration: vec![Vec3::zeros(); n],
@@ -123,7 +123,7 @@ impl Dynamics {
         }
         for ((.., link), memory) in self.links.iter_mut().zip(memory) {
             patience.spend(CHOICE, 0.0)?;
-            link.pair.recall(memory.as_ref())?;
+            link.pair.recall(memory.as_ref(), patience)?;
             patience.spend(link.pair.work(), 0.0)?;
         }
         Ok(())
@@ -135,12 +135,15 @@ impl Dynamics {
             patience.spend(COPY, 0.0)?;
             link.pair.copy_rule(&from.pair);
         }
+        self.parts.clone_from(&from.parts);
+        self.work = from.work;
         Ok(())
     }
 
-    /// Parts in which an evaluation is made, so that the caller can be asked between them; one for all but very many bodies.
+    /// Parts in which an evaluation is made, so that the caller can be asked between them; one for all but
+    /// very many bodies and large polyhedra.
     pub fn parts(&self) -> usize {
-        self.parts
+        self.parts.len()
     }
 
     /// Units of work of a part with the rules in force, for [`Patience`].
@@ -185,20 +188,41 @@ impl Dynamics {
             while let Some((a, b, link)) = self.links.get_mut(index)
                 && (*a, *b) == (i, j)
             {
-                patience.spend(CHOICE + link.prepare(&pose, foreseen.as_ref())?, time)?;
+                patience.spend(CHOICE, time)?;
+                link.prepare(&pose, foreseen.as_ref(), patience).map_err(|error| error.at(time))?;
                 work += LINK + link.pair.work();
                 index += 1;
             }
         }
-        (self.parts, self.in_part, self.work) = (1, self.links.len(), work);
-        if work > UNITS {
-            let wanted = work.div_ceil(UNITS).min(self.links.len() as u64).max(1) as usize;
-            self.in_part = self.links.len().div_ceil(wanted);
-            // Equal parts may be fewer than were wanted; none is left without links.
-            self.parts = self.links.len().div_ceil(self.in_part);
-            self.work = work / self.parts as u64;
-        }
+        self.divide(work);
         Ok(())
+    }
+
+    /// Divides an evaluation of so much work into parts: of as many links each, and a link that takes many units of several.
+    fn divide(&mut self, work: u64) {
+        let count = self.links.len();
+        let wanted = work.div_ceil(UNITS).min(count as u64).max(1) as usize;
+        let in_part = count.div_ceil(wanted);
+        self.parts.clear();
+        let mut start = 0;
+        for (index, (.., link)) in self.links.iter().enumerate() {
+            let pieces = link.pair.pieces();
+            if pieces.len() > 1 {
+                if start < index {
+                    self.parts.push((start..index, Pair::ALL));
+                }
+                self.parts.extend(pieces.map(|nodes| (index..index + 1, nodes)));
+                start = index + 1;
+            } else if index + 1 - start == in_part {
+                self.parts.push((start..index + 1, Pair::ALL));
+                start = index + 1;
+            }
+        }
+        // One without links may still have forces from outside.
+        if start < count || self.parts.is_empty() {
+            self.parts.push((start..count, Pair::ALL));
+        }
+        self.work = work / self.parts.len() as u64;
     }
 
     /// How two bodies may move in a step: straight on, and falling from that line; none in a step of no size.
@@ -239,8 +263,8 @@ impl Dynamics {
             self.torque.fill(Vec3::zeros());
         }
         let g = self.system.gravitational_constant;
-        let start = part * self.in_part;
-        for (i, j, link) in &self.links[start..self.links.len().min(start + self.in_part)] {
+        let (links, nodes) = self.parts[part].clone();
+        for (i, j, link) in &self.links[links] {
             let (i, j) = (*i, *j);
             let pose = self.pose(y, i, j);
             if let Some(TooNear { separation, valid_from }) = link.too_near(&pose) {
@@ -250,11 +274,15 @@ impl Dynamics {
             let loads = (&mut self.acceleration[..], &mut self.torque[..]);
             // Two calls, since the results of one function alone stay out of memory.
             match link.ordinary() {
-                Some(pair) => add(pair.interaction(&pose), [i, j], g, masses, loads),
-                None => add(link.interaction(&pose), [i, j], g, masses, loads),
+                Some(pair) if nodes == Pair::ALL => add(pair.interaction(&pose), [i, j], g, masses, loads),
+                _ => add(link.interaction_of(&pose, nodes.clone()), [i, j], g, masses, loads),
             }
         }
-        if self.layout.forces > 0 && part + 1 == self.parts { self.load_outside(time, y) } else { Ok(()) }
+        if self.layout.forces > 0 && part + 1 == self.parts.len() {
+            self.load_outside(time, y)
+        } else {
+            Ok(())
+        }
     }
 
     /// Adds what comes from outside: to the bodies' motion about the barycentre, and to that of the barycentre.
@@ -296,7 +324,7 @@ impl Dynamics {
         rate: &mut [f64],
     ) -> std::result::Result<(), Rejected> {
         self.load(part, time, y)?;
-        if part + 1 < self.parts {
+        if part + 1 < self.parts.len() {
             return Ok(());
         }
         let layout = self.layout;
@@ -358,8 +386,13 @@ impl Dynamics {
         self.turn(y);
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
-            patience.spend(LINK + link.pair.work(), time)?;
-            potential += self.system.strength(*i, *j) * link.potential_energy(&self.pose(y, *i, *j));
+            let pieces = link.pair.pieces();
+            let work = LINK + link.pair.work() / pieces.len() as u64;
+            for nodes in pieces {
+                patience.spend(work, time)?;
+                potential +=
+                    self.system.strength(*i, *j) * link.potential_energy_of(&self.pose(y, *i, *j), nodes);
+            }
         }
         let translational =
             self.system.bodies.iter().zip(velocities).map(|(b, v)| 0.5 * b.mass * v.norm_squared()).sum();

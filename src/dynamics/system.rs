@@ -72,6 +72,9 @@ pub struct BodyInteraction {
     pub torque: Vec<Vec3>,
     /// Potential energy, negative.
     pub potential_energy: f64,
+    /// Of a series the first two degrees that it leaves out, relative to the force between the two bodies for which that is most; zero
+    /// of the other methods.
+    pub left_out: f64,
 }
 
 impl System {
@@ -233,28 +236,51 @@ impl System {
         Ok(meeting.factor)
     }
 
+    /// Computes what the links of polyhedra take from their moments, unless that has been done: it is kept with the shapes.
+    pub(super) fn moments(&self, patience: &mut Patience) -> Result<()> {
+        let Method::Multipole(degree) = self.settings.gravity else { return Ok(()) };
+        for part in self.bodies.iter().flat_map(Body::parts) {
+            if let Shape::Polyhedron(polyhedron) = &part.shape {
+                // Two degrees more tell what the series leaves out.
+                polyhedron.monomial_means(degree + 2, patience)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Forces, torques and potential energy.
     pub fn interactions(&self, state: &State, patience: &mut Patience) -> Result<BodyInteraction> {
         self.check(state, patience)?;
+        self.moments(patience).map_err(|error| error.at(state.time))?;
         let n = self.bodies.len();
         let mut result = BodyInteraction {
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             potential_energy: 0.0,
+            left_out: 0.0,
         };
         for (i, j) in self.pairs() {
             let pose = pose(state, i, j);
             let strength = self.strength(i, j);
+            let (mut between, mut left_out) = (Vec3::zeros(), 0.0);
             for mut link in self.links(i, j) {
                 patience.spend(NEW_PAIR, state.time)?;
-                patience.spend(link.prepare(&pose, None)?, state.time)?;
-                let f = link.interaction(&pose);
-                result.force[i] += strength * f.force_on_first;
-                result.force[j] -= strength * f.force_on_first;
-                result.torque[i] += strength * f.torque_first;
-                result.torque[j] += strength * f.torque_second;
-                result.potential_energy += strength * link.potential_energy(&pose);
+                link.prepare(&pose, None, patience).map_err(|error| error.at(state.time))?;
+                let pieces = link.pair.pieces();
+                let work = 2 * link.pair.work() / pieces.len() as u64;
+                for nodes in pieces {
+                    patience.spend(work, state.time)?;
+                    let f = link.interaction_of(&pose, nodes.clone());
+                    between += f.force_on_first;
+                    result.force[i] += strength * f.force_on_first;
+                    result.force[j] -= strength * f.force_on_first;
+                    result.torque[i] += strength * f.torque_first;
+                    result.torque[j] += strength * f.torque_second;
+                    result.potential_energy += strength * link.potential_energy_of(&pose, nodes);
+                }
+                left_out += link.left_out(&pose).unwrap_or(0.0);
             }
+            result.left_out = result.left_out.max(left_out / between.norm());
         }
         for (body, (force, torque)) in self.bodies.iter().zip(result.force.iter().zip(&result.torque)) {
             in_range(&format!("force on {}", body.name), force.as_slice())?;
@@ -289,13 +315,19 @@ impl System {
     /// Energy in its parts.
     pub fn energy(&self, state: &State, patience: &mut Patience) -> Result<Energy> {
         self.check(state, patience)?;
+        self.moments(patience).map_err(|error| error.at(state.time))?;
         let mut potential = 0.0;
         for (i, j) in self.pairs() {
             let pose = pose(state, i, j);
             for mut link in self.links(i, j) {
                 patience.spend(NEW_PAIR, state.time)?;
-                patience.spend(link.prepare(&pose, None)?, state.time)?;
-                potential += self.strength(i, j) * link.potential_energy(&pose);
+                link.prepare(&pose, None, patience).map_err(|error| error.at(state.time))?;
+                let pieces = link.pair.pieces();
+                let work = link.pair.work() / pieces.len() as u64;
+                for nodes in pieces {
+                    patience.spend(work, state.time)?;
+                    potential += self.strength(i, j) * link.potential_energy_of(&pose, nodes);
+                }
             }
         }
         let energy = invariants::energy(&self.bodies, state, potential);

@@ -37,6 +37,16 @@ const MONOPOLE_FROM: f64 = 1e9;
 const SURFACE: f64 = 1e-12;
 
 impl ExteriorField {
+    /// Computes the moments of polyhedra that [`Self::new`] takes, which are kept with the shapes.
+    pub fn moments(body: &Body, patience: &mut Patience) -> Result<()> {
+        let arch = VectorPath::Auto.arch().unwrap_or(Arch::Scalar);
+        let mut parts = body.parts().iter();
+        parts.try_for_each(|part| match &part.shape {
+            Shape::Polyhedron(polyhedron) => Anywhere::new(polyhedron, arch, patience).map(drop),
+            _ => Ok(()),
+        })
+    }
+
     /// The gravity of a body, with a gravitational constant.
     pub fn new(body: &Body, gravitational_constant: f64) -> Self {
         let field = |part: &Part| {

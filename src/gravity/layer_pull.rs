@@ -1,6 +1,7 @@
 //! How the pull of a polyhedron on a distant point differs from that of a point mass.
 
 use super::{Facets, Layer};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::math::harmonics;
 use crate::patience::Patience;
@@ -25,6 +26,11 @@ pub struct LayerPull {
 }
 
 impl LayerPull {
+    /// Computes the moments that [`Self::new`] takes, which are kept with the shape.
+    pub fn moments(polyhedron: &Polyhedron, patience: &mut Patience) -> Result<()> {
+        polyhedron.harmonic_moments(DEGREES[0], Arch::Scalar, patience).map(drop)
+    }
+
     /// Of a polyhedron. The results are the same on every machine.
     pub fn new(polyhedron: &Polyhedron) -> Self {
         let arch = Arch::Scalar;

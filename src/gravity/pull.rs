@@ -1,9 +1,11 @@
 //! How the pull of one body on a distant point differs from that of a point mass.
 
 use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
 use crate::math::rotation::{turned, turned_back};
+use crate::patience::Patience;
 use crate::shape::{Body, Ellipsoid, Place, Shape};
 use pulp::Scalar;
 
@@ -139,6 +141,15 @@ impl Extended {
 }
 
 impl BodyPull {
+    /// Computes the moments of polyhedra that [`Self::new`] takes, which are kept with the shapes.
+    pub fn moments(body: &Body, patience: &mut Patience) -> Result<()> {
+        let mut parts = body.parts().iter();
+        parts.try_for_each(|part| match &part.shape {
+            Shape::Polyhedron(polyhedron) => LayerPull::moments(polyhedron, patience),
+            _ => Ok(()),
+        })
+    }
+
     /// Of a body; none of one whose field is that of a point.
     pub fn new(body: &Body) -> Option<Self> {
         if let [part] = body.parts()

@@ -7,6 +7,7 @@ use super::{Interaction, Method, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::gravity::Near;
 use crate::math::Vec3;
+use crate::patience::Patience;
 use crate::quadrature::{Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree};
 
 /// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
@@ -32,7 +33,7 @@ impl Pair {
     }
 
     /// Puts a rule in force again.
-    pub fn recall(&mut self, memory: Option<&RuleMemory>) -> Result<()> {
+    pub fn recall(&mut self, memory: Option<&RuleMemory>, patience: &mut Patience) -> Result<()> {
         let Some(memory) = memory else {
             self.rule = None;
             return Ok(());
@@ -43,9 +44,9 @@ impl Pair {
         }
         let order = Order { gauss: gauss as usize, angles: angles as usize };
         let integrated = usize::from(memory.integrated);
-        let kernel = self.kernel_of(integrated, memory.valid_from)?;
+        let kernel = self.kernel_of(integrated, memory.valid_from, patience)?;
         let carrier = self.carrier(integrated, order);
-        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch)?;
+        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch, patience)?;
         self.rule = Some(Rule {
             integrated,
             order,
@@ -69,8 +70,8 @@ impl Pair {
     }
 
     /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
-    /// between steps. Gives the number of nodes that were evaluated in order to choose.
-    pub fn prepare(&mut self, pose: &Pose, closing: f64) -> Result<u64> {
+    /// between steps. Asks while it compares rules and makes a polyhedron's.
+    pub fn prepare(&mut self, pose: &Pose, closing: f64, patience: &mut Patience) -> Result<()> {
         if let Some(from) = self.diverges(pose) {
             return Err(Error::NotConverged {
                 what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
@@ -81,19 +82,18 @@ impl Pair {
             });
         }
         if matches!(self.method, Method::Multipole(_) | Method::Point) {
-            return Ok(0);
+            return Ok(());
         }
         let mut scaled = self.scaled(pose);
         scaled.separation *= 1.0 - closing;
         let reach = scaled.separation.norm();
         if self.bodies.iter().any(|body| body.polyhedron().is_some()) {
-            return self.prepare_faceted(&scaled, reach);
+            return self.prepare_faceted(&scaled, reach, patience);
         }
         match (self.fixed, self.by_bounds(&scaled)) {
             (Some(order), choice) => {
                 let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
-                self.adopt(integrated, degree, order, reach)?;
-                Ok(0)
+                self.adopt(integrated, degree, order, reach, patience)
             }
             (None, Some((integrated, degree))) => {
                 let keep = self.rule.as_ref().is_some_and(|rule| {
@@ -103,10 +103,9 @@ impl Pair {
                     Some(rule) if keep => rule.degree,
                     _ => degree,
                 };
-                self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
-                Ok(0)
+                self.adopt(integrated, degree, self.order(integrated, degree), reach, patience)
             }
-            (None, None) => self.by_comparison(&scaled, reach),
+            (None, None) => self.by_comparison(&scaled, reach, patience),
         }
     }
 
@@ -164,8 +163,8 @@ impl Pair {
         reach < SIZES * size || matches!(self.kernel(integrated, MARGIN * reach), Kernel::Far(_))
     }
 
-    /// Raises the degree until a rule agrees with a finer one. Gives the number of nodes of all of them.
-    fn by_comparison(&mut self, pose: &Pose, reach: f64) -> Result<u64> {
+    /// Raises the degree until a rule agrees with a finer one.
+    fn by_comparison(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
         let (integrated, guess) = self.by_guess(pose);
         let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
         let mut level = LADDER
@@ -173,25 +172,24 @@ impl Pair {
             .position(|&d| d >= in_use.unwrap_or(guess))
             .unwrap_or(LADDER.len() - 2)
             .min(LADDER.len() - 2);
-        self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach)?;
-        let mut coarse = self.scaled_interaction(pose);
-        let mut nodes = self.nodes_in_force();
+        self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach, patience)?;
+        let mut coarse = self.asking(pose, patience)?;
         while level + 1 < LADDER.len() {
             let degree = LADDER[level + 1];
-            self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
-            let fine = self.scaled_interaction(pose);
-            nodes += self.nodes_in_force();
+            self.adopt(integrated, degree, self.order(integrated, degree), reach, patience)?;
+            let fine = self.asking(pose, patience)?;
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
                 // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
                 let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };
-                let degree = if lower < level && self.agrees(integrated, LADDER[lower], pose, reach, &fine)? {
+                let degree = if lower < level
+                    && self.agrees(integrated, LADDER[lower], pose, reach, &fine, patience)?
+                {
                     LADDER[lower]
                 } else {
                     LADDER[level]
                 };
-                self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
-                return Ok(nodes + self.nodes_in_force());
+                return self.adopt(integrated, degree, self.order(integrated, degree), reach, patience);
             }
             coarse = fine;
             level += 1;
@@ -211,10 +209,6 @@ impl Pair {
         })
     }
 
-    pub(super) fn nodes_in_force(&self) -> u64 {
-        self.rule.as_ref().map_or(0, |rule| rule.nodes() as u64)
-    }
-
     fn agrees(
         &mut self,
         integrated: usize,
@@ -222,9 +216,10 @@ impl Pair {
         pose: &Pose,
         reach: f64,
         fine: &Interaction,
+        patience: &mut Patience,
     ) -> Result<bool> {
-        self.adopt(integrated, degree, self.order(integrated, degree), reach)?;
-        Ok(self.difference(&self.scaled_interaction(pose), fine) <= 0.1 * self.tolerance)
+        self.adopt(integrated, degree, self.order(integrated, degree), reach, patience)?;
+        Ok(self.difference(&self.asking(pose, patience)?, fine) <= 0.1 * self.tolerance)
     }
 
     fn order(&self, integrated: usize, degree: usize) -> Order {
@@ -237,7 +232,14 @@ impl Pair {
     }
 
     /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
-    pub(super) fn adopt(&mut self, integrated: usize, degree: usize, order: Order, reach: f64) -> Result<()> {
+    pub(super) fn adopt(
+        &mut self,
+        integrated: usize,
+        degree: usize,
+        order: Order,
+        reach: f64,
+        patience: &mut Patience,
+    ) -> Result<()> {
         if let Some(rule) = &self.rule
             && rule.integrated == integrated
             && rule.order == order
@@ -246,12 +248,12 @@ impl Pair {
             return Ok(());
         }
         let carrier = self.carrier(integrated, order);
-        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch)?;
+        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch, patience)?;
         // Two spheres attract like points at any distance.
         let field = &self.bodies[1 - integrated];
         let everywhere = nodes.len() == 1 && field.focal_axes()[0] == 0.0 && field.polyhedron().is_none();
         let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
-        let kernel = self.kernel_of(integrated, valid_from)?;
+        let kernel = self.kernel_of(integrated, valid_from, patience)?;
         self.rule = Some(Rule { integrated, order, degree, carrier, nodes, kernel, valid_from });
         Ok(())
     }

@@ -12,11 +12,12 @@ use super::derivatives::Derivatives;
 use super::{Interaction, Method, Pose};
 use crate::math::monomials::{count, exponents, offset, position};
 use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
 use crate::shape::Shape;
 
 /// Monomials of the highest degree, and of all degrees, of three variables.
-const MONOMIALS: usize = count(Method::MAX_DEGREE);
-const ALL: usize = offset(Method::MAX_DEGREE + 1);
+const MONOMIALS: usize = count(Method::BEYOND);
+const ALL: usize = offset(Method::BEYOND + 1);
 
 /// p_0 to p_N, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,19 +36,22 @@ impl Expansion {
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
         Self {
             degree,
-            bodies: [first, second].map(|shape| Polynomials::moments(shape, degree)),
+            bodies: [first, second].map(|shape| Polynomials::moments(shape, degree + 2)),
             reach: first.circumradius() + second.circumradius(),
         }
+    }
+
+    /// The same to a total degree higher by two, which the moments suffice for once.
+    pub fn next(&self) -> Self {
+        Self { degree: self.degree + 2, ..self.clone() }
     }
 
     /// Force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         let scale = pose.separation.norm();
         let (a, b) = self.turned(pose, scale);
-        let derivatives = Derivatives::<{ offset(Method::MAX_DEGREE + 2) }>::new(
-            &(pose.separation / scale),
-            self.degree + 1,
-        );
+        let derivatives =
+            Derivatives::<{ offset(Method::BEYOND + 2) }>::new(&(pose.separation / scale), self.degree + 1);
         let mut gradient = Vec3::zeros();
         let mut torques = [Vec3::zeros(); 2];
         for d in 0..=self.degree {
@@ -76,7 +80,7 @@ impl Expansion {
         let scale = pose.separation.norm();
         let (a, b) = self.turned(pose, scale);
         let derivatives =
-            Derivatives::<{ offset(Method::MAX_DEGREE + 2) }>::new(&(pose.separation / scale), self.degree);
+            Derivatives::<{ offset(Method::BEYOND + 2) }>::new(&(pose.separation / scale), self.degree);
         let mut sum = 0.0;
         for d in (0..=self.degree).rev() {
             for e in (0..=self.degree - d).rev() {
@@ -124,11 +128,13 @@ impl Polynomials {
                 });
             }
             Shape::Polyhedron(polyhedron) => {
-                let means = polyhedron.monomial_means(degree);
+                // Whoever has a caller to ask computed them before; endless patience has no end that would be an error.
+                let means = polyhedron.monomial_means(degree, &mut Patience::endless()).unwrap_or_default();
                 let radius = polyhedron.circumradius();
                 put(&|e| {
                     let n: usize = e.iter().sum();
-                    means[offset(n) + position(n, e[0], e[1])] * radius.powi(n as i32)
+                    let mean = means.get(offset(n) + position(n, e[0], e[1]));
+                    mean.map_or(f64::NAN, |mean| mean * radius.powi(n as i32))
                 });
             }
         }
@@ -142,7 +148,7 @@ impl Polynomials {
     /// The polynomials of k along the outer axes, times powers of a factor: k along the body's axes is R^T k.
     fn turned(&self, rotation: &Mat3, factor: f64, degree: usize) -> Self {
         let [u, v, w] = [0, 1, 2].map(|axis| rotation.column(axis) * factor);
-        let mut powers = [[0.0; MONOMIALS]; Method::MAX_DEGREE + 1];
+        let mut powers = [[0.0; MONOMIALS]; Method::BEYOND + 1];
         powers[0][0] = 1.0;
         for n in 0..degree {
             powers[n + 1] = times_form(&powers[n], n, &w);

@@ -11,37 +11,55 @@
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
+use crate::math::lanes::{BLOCK, Lanes, Total, dot, splat_vector, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
 
-/// Force and torques.
+/// The share of some nodes, whole blocks of them, in force and torques. What is in closed form belongs to the first.
 pub(super) fn force_and_torque(
     arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
     roles: &Roles,
+    range: Range<usize>,
 ) -> Balance {
-    let [monopole, excess] = arch.dispatch(PressureSum { kernel, nodes, roles });
+    let first = range.start == 0;
+    let [monopole, excess] = arch.dispatch(PressureSum { kernel, nodes, roles, range });
     let [force, force_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.force);
     let [torque, torque_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.torque);
     let r = roles.origin.norm();
+    let force = if first { force - roles.origin / r / r / r } else { force };
     Balance {
-        force: force - roles.origin / r / r / r + force_excess,
+        force: force + force_excess,
         torque: torque + torque_excess,
         torque_field: -(torque_excess + roles.origin.cross(&force_excess)),
     }
 }
 
-/// The paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
-pub(super) fn mutual_potential(arch: Arch, kernel: impl FieldKernel, nodes: &Nodes, roles: &Roles) -> f64 {
-    arch.dispatch(EnergySum { kernel, nodes, roles })
+/// The share of some nodes in the paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
+pub(super) fn mutual_potential(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    roles: &Roles,
+    range: Range<usize>,
+) -> f64 {
+    arch.dispatch(EnergySum { kernel, nodes, roles, range })
+}
+
+/// The blocks of lanes of a range of nodes.
+#[inline(always)]
+fn blocks<S: Simd>(range: &Range<usize>) -> [usize; 2] {
+    let start = range.start / BLOCK * Lanes::<S>::PER_BLOCK;
+    [start, range.end.div_ceil(BLOCK) * Lanes::<S>::PER_BLOCK - start]
 }
 
 struct PressureSum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
     roles: &'a Roles,
+    range: Range<usize>,
 }
 
 /// The sums of a part of the potential, in the polyhedron's frame.
@@ -79,7 +97,9 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
         let (excess_at_centre, _) = self.kernel.excess_potential(splat_vector(simd, &origin));
         let zero = Total::zero(simd);
         let (mut force, mut torque) = ([[zero; 3]; 2], [[zero; 3]; 2]);
-        for (block, weight) in Lanes::blocks(simd, &self.nodes.weights).enumerate() {
+        let [start, count] = blocks::<S>(&self.range);
+        let weights = Lanes::blocks(simd, &self.nodes.weights).enumerate();
+        for (block, weight) in weights.skip(start).take(count) {
             let y = [
                 Lanes::load(simd, &points[0], block),
                 Lanes::load(simd, &points[1], block),
@@ -117,6 +137,7 @@ struct EnergySum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
     roles: &'a Roles,
+    range: Range<usize>,
 }
 
 impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
@@ -128,7 +149,9 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
         let (points, normals) = (&self.nodes.points, &self.nodes.normals);
         let turn = &self.roles.turn;
         let mut total = Total::zero(simd);
-        for (block, weight) in Lanes::blocks(simd, &self.nodes.weights).enumerate() {
+        let [start, count] = blocks::<S>(&self.range);
+        let weights = Lanes::blocks(simd, &self.nodes.weights).enumerate();
+        for (block, weight) in weights.skip(start).take(count) {
             let y = [
                 Lanes::load(simd, &points[0], block),
                 Lanes::load(simd, &points[1], block),

@@ -30,11 +30,10 @@ const FACETS_TELL: f64 = 4.0;
 
 impl Pair {
     /// Chooses the rule; see [`Pair::prepare`].
-    pub(super) fn prepare_faceted(&mut self, pose: &Pose, reach: f64) -> Result<u64> {
+    pub(super) fn prepare_faceted(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
         let round = |k: usize| self.bodies[k].polyhedron().is_none() && self.bodies[k].focal_axes()[0] == 0.0;
         if let Some(integrated) = (0..2).find(|&k| round(k)) {
-            self.adopt(integrated, 0, Order { gauss: 1, angles: 1 }, reach)?;
-            return Ok(0);
+            return self.adopt(integrated, 0, Order { gauss: 1, angles: 1 }, reach, patience);
         }
         let cost = |k: usize| self.layer(k, reach).map(|degree| (degree, k));
         if let Some((degree, integrated)) = [cost(0), cost(1)].into_iter().flatten().min() {
@@ -44,10 +43,9 @@ impl Pair {
                     && (degree..=degree + 2).contains(&rule.degree)
             });
             let degree = kept.map_or(degree, |rule| rule.degree);
-            self.adopt(integrated, degree, layer(degree), reach)?;
-            return Ok(0);
+            return self.adopt(integrated, degree, layer(degree), reach, patience);
         }
-        self.over_faces(pose, reach)
+        self.over_faces(pose, reach, patience)
     }
 
     /// The degree of the layer of a body in the field of the other one, where they are far enough apart.
@@ -61,8 +59,8 @@ impl Pair {
         layer_degree((reach - field.shape.focal_reach()) / radius, self.tolerance)
     }
 
-    /// Raises the number of points on the faces until a rule agrees with a finer one. Gives the work of all of them.
-    fn over_faces(&mut self, pose: &Pose, reach: f64) -> Result<u64> {
+    /// Raises the number of points on the faces until a rule agrees with a finer one.
+    fn over_faces(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
         let faces = |body: &BodyGravity| body.polyhedron().map(|p| p.faces().len());
         // The body with fewer points: the other one's field is exact.
         let integrated = match [faces(&self.bodies[0]), faces(&self.bodies[1])] {
@@ -75,25 +73,21 @@ impl Pair {
         let order = |level: usize| Order { gauss: LADDER[level], angles: LADDER[level] };
         let used = self.rule.as_ref().filter(|r| r.integrated == integrated && r.carrier == Carrier::Faces);
         let mut level = used.and_then(|rule| LADDER.iter().position(|&n| n == rule.degree)).unwrap_or(0);
-        self.adopt(integrated, LADDER[level], order(level), reach)?;
-        let mut coarse = self.scaled_interaction(pose);
-        let mut work = self.nodes_in_force() * each as u64;
+        self.adopt(integrated, LADDER[level], order(level), reach, patience)?;
+        let mut coarse = self.asking(pose, patience)?;
         let mut difference = f64::INFINITY;
         while level + 1 < LADDER.len() && count * LADDER[level + 1].pow(2) * each <= MOST {
-            self.adopt(integrated, LADDER[level + 1], order(level + 1), reach)?;
-            let fine = self.scaled_interaction(pose);
-            work += self.nodes_in_force() * each as u64;
+            self.adopt(integrated, LADDER[level + 1], order(level + 1), reach, patience)?;
+            let fine = self.asking(pose, patience)?;
             difference = self.change(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
                 if difference < 1e-3 * self.tolerance && level > 0 {
-                    self.adopt(integrated, LADDER[level - 1], order(level - 1), reach)?;
-                    work += self.nodes_in_force() * each as u64;
-                    if self.change(&self.scaled_interaction(pose), &fine) <= 0.1 * self.tolerance {
-                        return Ok(work);
+                    self.adopt(integrated, LADDER[level - 1], order(level - 1), reach, patience)?;
+                    if self.change(&self.asking(pose, patience)?, &fine) <= 0.1 * self.tolerance {
+                        return Ok(());
                     }
                 }
-                self.adopt(integrated, LADDER[level], order(level), reach)?;
-                return Ok(work);
+                return self.adopt(integrated, LADDER[level], order(level), reach, patience);
             }
             coarse = fine;
             level += 1;
@@ -116,7 +110,7 @@ impl Pair {
     }
 
     /// Largest difference of two evaluations: of the force, and of the torques by the body's radius, relative to the force.
-    fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
+    pub(super) fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
         let force = one.force_on_first.norm();
         let torque =
             |a: &Vec3, b: &Vec3, body: usize| (a - b).norm() / self.bodies[body].shape.circumradius();
@@ -138,7 +132,12 @@ impl Pair {
     }
 
     /// The form of the field body's field down to a separation.
-    pub(super) fn kernel_of(&self, integrated: usize, valid_from: f64) -> Result<Kernel> {
+    pub(super) fn kernel_of(
+        &self,
+        integrated: usize,
+        valid_from: f64,
+        patience: &mut Patience,
+    ) -> Result<Kernel> {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let closest = valid_from - set.polyhedron().map_or(0.0, |p| p.circumradius());
         let Some(polyhedron) = field.polyhedron() else {
@@ -155,7 +154,7 @@ impl Pair {
         if rate < FACETS_TELL && points > FACET * polyhedron.faces().len() {
             return Ok(Kernel::Facets);
         }
-        Ok(Kernel::Layer(field.layer(degree, self.arch, &mut Patience::endless())?))
+        Ok(Kernel::Layer(field.layer(degree, self.arch, patience)?))
     }
 }
 

@@ -4,9 +4,11 @@ use super::{BodyGravity, Interaction, Method, Pair, Pose, Store};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
+use crate::patience::Patience;
 use crate::quadrature::Order;
 use crate::shape::{Body, Part, Place, Shape};
 use pulp::Arch;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Nothing is gained by a smaller tolerance of a force.
@@ -85,12 +87,16 @@ impl Link {
         Self { pair: pair(gravity, tolerance), arms: Some(arms) }
     }
 
-    /// Chooses the rule for a pose, and for what is foreseen from there. May allocate: call it between steps. Gives the number of
-    /// nodes that were evaluated in order to choose.
-    pub fn prepare(&mut self, pose: &Pose, foreseen: Option<&Foreseen>) -> Result<u64> {
+    /// Chooses the rule for a pose, and for what is foreseen from there. May allocate: call it between steps.
+    pub fn prepare(
+        &mut self,
+        pose: &Pose,
+        foreseen: Option<&Foreseen>,
+        patience: &mut Patience,
+    ) -> Result<()> {
         let own = self.pose(pose);
         let closing = foreseen.map_or(0.0, |foreseen| self.closing(pose, &own, foreseen));
-        self.pair.prepare(&own, closing)
+        self.pair.prepare(&own, closing, patience)
     }
 
     /// How much of the parts' separation may close without overlap.
@@ -131,9 +137,14 @@ impl Link {
     /// Force on the bodies' centres and torques about them, with the rule in force: the share of this link in the whole of the
     /// two bodies.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
+        self.interaction_of(pose, Pair::ALL)
+    }
+
+    /// The share of a piece of [`Pair::pieces`].
+    pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         match &self.arms {
-            None => self.pair.interaction(pose),
-            Some(arms) => arms.about_centres(pose, self.pair.interaction(&arms.pose(pose))),
+            None => self.pair.interaction_of(pose, nodes),
+            Some(arms) => arms.about_centres(pose, self.pair.interaction_of(&arms.pose(pose), nodes)),
         }
     }
 
@@ -143,11 +154,24 @@ impl Link {
         self.arms.is_none().then_some(&self.pair)
     }
 
+    /// As [`Pair::left_out`], of this link's share in the force between the bodies.
+    pub fn left_out(&self, pose: &Pose) -> Option<f64> {
+        match &self.arms {
+            None => self.pair.left_out(pose),
+            Some(arms) => Some(arms.share.abs() * self.pair.left_out(&arms.pose(pose))?),
+        }
+    }
+
     /// The share of this link in the potential energy per unit G m m.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
+        self.potential_energy_of(pose, Pair::ALL)
+    }
+
+    /// The share of a piece of [`Pair::pieces`].
+    pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         match &self.arms {
-            None => self.pair.potential_energy(pose),
-            Some(arms) => arms.share * self.pair.potential_energy(&arms.pose(pose)),
+            None => self.pair.potential_energy_of(pose, nodes),
+            Some(arms) => arms.share * self.pair.potential_energy_of(&arms.pose(pose), nodes),
         }
     }
 

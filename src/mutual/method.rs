@@ -22,6 +22,8 @@ pub enum Method {
 impl Method {
     /// Highest total degree of the mutual expansion.
     pub const MAX_DEGREE: usize = 16;
+    /// The degree to which what a cut leaves out is estimated from the highest one.
+    pub(super) const BEYOND: usize = Self::MAX_DEGREE + 2;
     const EXPECTED: &str = "\"surface\", \"focal\", \"multipole:N\" with N even from 2 to 16, or \"point\"";
 }
 

@@ -27,7 +27,8 @@ macro_rules! sized {
             5 => Cut::<5, 6, { count(10) }, { offset(12) }>::$method($($argument),*),
             6 => Cut::<6, 7, { count(12) }, { offset(14) }>::$method($($argument),*),
             7 => Cut::<7, 8, { count(14) }, { offset(16) }>::$method($($argument),*),
-            _ => Cut::<8, 9, { count(16) }, { offset(18) }>::$method($($argument),*),
+            8 => Cut::<8, 9, { count(16) }, { offset(18) }>::$method($($argument),*),
+            _ => Cut::<9, 10, { count(18) }, { offset(20) }>::$method($($argument),*),
         }
     };
 }
@@ -56,6 +57,12 @@ impl Multipole {
     /// The separation down to which the series converges, where shapes other than ellipsoids take part.
     pub fn converges_from(&self) -> f64 {
         self.general.as_ref().map_or(0.0, |general| general.reach)
+    }
+
+    /// The same to a total degree higher by two: what it has more is the first that this one leaves out.
+    pub fn next(&self) -> Self {
+        let general = self.general.as_ref().map(|general| Box::new(general.next()));
+        Self { half: self.half + 1, squares: self.squares, general }
     }
 
     /// Force and torques.
@@ -171,8 +178,8 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
 }
 
 /// Moment coefficients alpha_n = 3 / ((2n+1)! (2n+3)).
-const ALPHA: [f64; Method::MAX_DEGREE / 2 + 1] = {
-    let mut alpha = [1.0; Method::MAX_DEGREE / 2 + 1];
+const ALPHA: [f64; Method::BEYOND / 2 + 1] = {
+    let mut alpha = [1.0; Method::BEYOND / 2 + 1];
     let (mut n, mut factorial) = (1, 1.0);
     while n < alpha.len() {
         factorial *= (2 * n * (2 * n + 1)) as f64;

@@ -5,11 +5,15 @@ use super::store::Carrier;
 use super::{
     Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
 };
+use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
+use crate::math::lanes::BLOCK;
+use crate::patience::{Patience, UNITS};
 use crate::quadrature::Order;
 use crate::shape::{Shape, growth};
 use pulp::Arch;
+use std::ops::Range;
 
 /// Two shapes and the method of their interaction. A pair of ordinary bodies is one of these; see [`super::Link`] for composites.
 #[derive(Debug, Clone)]
@@ -29,6 +33,9 @@ pub struct Pair {
 }
 
 impl Pair {
+    /// The one piece that has all nodes of a rule.
+    pub const ALL: Range<usize> = 0..usize::MAX;
+
     /// `tolerance` is relative to the force; `fixed` overrides the choice of nodes.
     pub fn new(
         first: BodyGravity,
@@ -71,14 +78,35 @@ impl Pair {
 
     /// Units of work of an evaluation with the rule in force, for [`crate::patience::Patience`].
     pub fn work(&self) -> u64 {
-        let Some(rule) = &self.rule else { return 0 };
-        let each = match &rule.kernel {
+        self.rule.as_ref().map_or(0, |rule| (rule.nodes() * self.work_of_node(rule)) as u64)
+    }
+
+    fn work_of_node(&self, rule: &Rule) -> usize {
+        match &rule.kernel {
             Kernel::Far(_) | Kernel::Near(_) => 1,
             Kernel::Facets => self.field_and_set(rule)[0].polyhedron().map_or(1, |p| p.faces().len()),
             // Its points take less than nodes do.
             Kernel::Layer(layer) => 1 + layer.count / 4,
+        }
+    }
+
+    /// The nodes of the rule in force in pieces of about [`UNITS`] of work, whose interactions and energies add up to the whole.
+    /// One piece has all nodes of a rule that takes less, and of one without a polyhedron, which always does.
+    pub fn pieces(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
+        /// The potential at the centre, which every piece takes, has to cost little beside it.
+        const FEWEST: usize = 4;
+        let divisible = |rule: &&Rule| {
+            matches!(rule.kernel, Kernel::Facets | Kernel::Layer(_)) || rule.carrier == Carrier::Faces
         };
-        (rule.nodes() * each) as u64
+        let (length, count) = match self.rule.as_ref().filter(divisible) {
+            Some(rule) if self.work() > UNITS => {
+                let length = (UNITS as usize / self.work_of_node(rule)).max(FEWEST);
+                let length = if length > BLOCK { length / BLOCK * BLOCK } else { length };
+                (length, rule.nodes().div_ceil(length))
+            }
+            _ => (usize::MAX, 1),
+        };
+        (0..count).map(move |k| k * length..(k + 1) * length)
     }
 
     /// The least separation at which the rule in force holds.
@@ -114,7 +142,13 @@ impl Pair {
     /// Force and torques with the rule in force.
     #[inline]
     pub fn interaction(&self, pose: &Pose) -> Interaction {
-        let f = self.scaled_interaction(&self.scaled(pose));
+        self.interaction_of(pose, Self::ALL)
+    }
+
+    /// The share of a piece of [`Pair::pieces`].
+    #[inline]
+    pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
+        let f = self.scaled_interaction(&self.scaled(pose), nodes);
         Interaction {
             force_on_first: f.force_on_first / self.unit / self.unit,
             torque_first: f.torque_first / self.unit,
@@ -122,8 +156,22 @@ impl Pair {
         }
     }
 
+    /// The size of the two degrees after the last one of the series: of the force, and of the torques by the body's radius. None of
+    /// a method that is no series.
+    pub fn left_out(&self, pose: &Pose) -> Option<f64> {
+        let multipole = self.multipole.as_ref()?;
+        let scaled = self.scaled(pose);
+        let (more, own) = (multipole.next().interaction(&scaled), multipole.interaction(&scaled));
+        Some(self.change(&more, &own) * more.force_on_first.norm() / self.unit / self.unit)
+    }
+
     /// Potential energy per unit G m m with the rule in force: negative.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
+        self.potential_energy_of(pose, Self::ALL)
+    }
+
+    /// The share of a piece of [`Pair::pieces`].
+    pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         let pose = self.scaled(pose);
         let mutual_potential = match (&self.multipole, &self.rule) {
             (Some(multipole), _) => multipole.mutual_potential(&pose),
@@ -132,10 +180,10 @@ impl Pair {
                 let [field, set] = self.field_and_set(rule);
                 let roles = self.roles(rule.integrated, &pose);
                 match &rule.kernel {
-                    Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles),
-                    Kernel::Near(near) => self.potential(*near, rule, set, &roles),
+                    Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles, nodes),
+                    Kernel::Near(near) => self.potential(*near, rule, set, &roles, nodes),
                     Kernel::Facets | Kernel::Layer(_) => {
-                        sampled::mutual_potential(self.arch, field, rule, &roles)
+                        sampled::mutual_potential(self.arch, field, rule, &roles, nodes)
                     }
                 }
             }
@@ -147,8 +195,24 @@ impl Pair {
         Pose { separation: pose.separation / self.unit, ..*pose }
     }
 
-    /// The interaction in the pair's unit of length.
-    pub(super) fn scaled_interaction(&self, pose: &Pose) -> Interaction {
+    /// The interaction in the pair's unit of length, which asks between pieces.
+    pub(super) fn asking(&self, pose: &Pose, patience: &mut Patience) -> Result<Interaction> {
+        let pieces = self.pieces();
+        let work = self.work() / pieces.len() as u64;
+        let zero = Vec3::repeat(-0.0);
+        let mut sum = Interaction { force_on_first: zero, torque_first: zero, torque_second: zero };
+        for nodes in pieces {
+            patience.spend(work, 0.0)?;
+            let f = self.scaled_interaction(pose, nodes);
+            sum.force_on_first += f.force_on_first;
+            sum.torque_first += f.torque_first;
+            sum.torque_second += f.torque_second;
+        }
+        Ok(sum)
+    }
+
+    /// The share of some nodes in the interaction in the pair's unit of length.
+    pub(super) fn scaled_interaction(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         if let Some(multipole) = &self.multipole {
             return multipole.interaction(pose);
         }
@@ -156,9 +220,11 @@ impl Pair {
         let [field, set] = self.field_and_set(rule);
         let roles = self.roles(rule.integrated, pose);
         let balance = match &rule.kernel {
-            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles),
-            Kernel::Near(near) => self.balance(*near, rule, set, &roles),
-            Kernel::Facets | Kernel::Layer(_) => sampled::force_and_torque(self.arch, field, rule, &roles),
+            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles, nodes),
+            Kernel::Near(near) => self.balance(*near, rule, set, &roles, nodes),
+            Kernel::Facets | Kernel::Layer(_) => {
+                sampled::force_and_torque(self.arch, field, rule, &roles, nodes)
+            }
         };
         let to_field_body = field.canonical.transpose();
         let torque_field = to_field_body * balance.torque_field;
@@ -178,23 +244,37 @@ impl Pair {
         }
     }
 
-    fn balance(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> Balance {
+    fn balance(
+        &self,
+        kernel: impl FieldKernel,
+        rule: &Rule,
+        set: &BodyGravity,
+        roles: &Roles,
+        range: Range<usize>,
+    ) -> Balance {
         let (arch, nodes) = (self.arch, &*rule.nodes);
         match rule.carrier {
             Carrier::Pressures => surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles),
             Carrier::Layer => means::force_and_torque(arch, kernel, nodes, [1.0; 3], roles),
-            Carrier::Faces => faces::force_and_torque(arch, kernel, nodes, roles),
+            Carrier::Faces => faces::force_and_torque(arch, kernel, nodes, roles, range),
             Carrier::Surface(semi_axes) => means::force_and_torque(arch, kernel, nodes, semi_axes, roles),
             _ => means::force_and_torque(arch, kernel, nodes, set.focal_axes(), roles),
         }
     }
 
-    fn potential(&self, kernel: impl FieldKernel, rule: &Rule, set: &BodyGravity, roles: &Roles) -> f64 {
+    fn potential(
+        &self,
+        kernel: impl FieldKernel,
+        rule: &Rule,
+        set: &BodyGravity,
+        roles: &Roles,
+        range: Range<usize>,
+    ) -> f64 {
         let (arch, nodes) = (self.arch, &*rule.nodes);
         match rule.carrier {
             Carrier::Pressures => surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles),
             Carrier::Layer => means::mean_potential(arch, kernel, nodes, [1.0; 3], roles),
-            Carrier::Faces => faces::mutual_potential(arch, kernel, nodes, roles),
+            Carrier::Faces => faces::mutual_potential(arch, kernel, nodes, roles, range),
             Carrier::Surface(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
             _ => means::mean_potential(arch, kernel, nodes, set.focal_axes(), roles),
         }

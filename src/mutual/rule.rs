@@ -76,6 +76,7 @@ impl NodeStore {
         carrier: Carrier,
         set: &BodyGravity,
         arch: Arch,
+        patience: &mut Patience,
     ) -> Result<Arc<Nodes>> {
         if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == carrier) {
             return Ok(nodes.clone());
@@ -83,9 +84,12 @@ impl NodeStore {
         let nodes = match self.shared.nodes(order, carrier) {
             Some(nodes) => nodes,
             None if carrier == Carrier::Layer => {
-                Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, &mut Patience::endless())?))
+                Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, patience)?))
             }
-            None => Arc::new(set.polyhedron().map_or_else(Nodes::centre, |p| Nodes::faces(p, order.gauss))),
+            None => Arc::new(match set.polyhedron() {
+                Some(polyhedron) => Nodes::faces(polyhedron, order.gauss, patience)?,
+                None => Nodes::centre(),
+            }),
         };
         self.own.push((order, carrier, nodes.clone()));
         Ok(nodes)

@@ -8,6 +8,7 @@ use super::store::Carrier;
 use super::{Balance, BodyGravity, Roles};
 use crate::math::Vec3;
 use pulp::Arch;
+use std::ops::Range;
 
 /// Phi and g of the field body at a point from its centre.
 #[inline]
@@ -29,13 +30,19 @@ fn vector(list: &[Vec<f64>; 3], k: usize) -> Vec3 {
     Vec3::new(list[0][k], list[1][k], list[2][k])
 }
 
-/// Force and torques.
-pub(super) fn force_and_torque(arch: Arch, body: &BodyGravity, rule: &Rule, roles: &Roles) -> Balance {
+/// The share of some nodes in force and torques.
+pub(super) fn force_and_torque(
+    arch: Arch,
+    body: &BodyGravity,
+    rule: &Rule,
+    roles: &Roles,
+    range: Range<usize>,
+) -> Balance {
     let nodes = &*rule.nodes;
     let (mut force, mut torque, mut torque_field) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
     let over_faces = rule.carrier == Carrier::Faces;
     let at_centre = if over_faces { field(arch, body, &rule.kernel, &roles.origin).0 } else { 0.0 };
-    for k in 0..nodes.len() {
+    for k in range.start..range.end.min(nodes.len()) {
         let y = roles.turn * vector(&nodes.points, k);
         let x = roles.origin + y;
         let (potential, pull) = field(arch, body, &rule.kernel, &x);
@@ -57,11 +64,17 @@ pub(super) fn force_and_torque(arch: Arch, body: &BodyGravity, rule: &Rule, role
     Balance { force, torque, torque_field }
 }
 
-/// The mutual potential, positive.
-pub(super) fn mutual_potential(arch: Arch, body: &BodyGravity, rule: &Rule, roles: &Roles) -> f64 {
+/// The share of some nodes in the mutual potential, positive.
+pub(super) fn mutual_potential(
+    arch: Arch,
+    body: &BodyGravity,
+    rule: &Rule,
+    roles: &Roles,
+    range: Range<usize>,
+) -> f64 {
     let nodes = &*rule.nodes;
     let mut sum = 0.0;
-    for k in 0..nodes.len() {
+    for k in range.start..range.end.min(nodes.len()) {
         let y = roles.turn * vector(&nodes.points, k);
         let (potential, pull) = field(arch, body, &rule.kernel, &(roles.origin + y));
         sum += nodes.weights[k]

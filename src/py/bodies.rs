@@ -148,6 +148,7 @@ pub fn gravity<'py>(
     points: PyReadonlyArrayDyn<'py, f64>,
     inside: bool,
 ) -> PyResult<(Array<'py>, Array<'py>)> {
+    listening(py, |patience| ExteriorField::moments(&body.inner, patience))?;
     let field = ExteriorField::new(&body.inner, gravitational_constant);
     let field = if inside { field.with_inside() } else { field };
     let points = vectors("points", &points)?;

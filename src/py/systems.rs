@@ -9,6 +9,7 @@ use super::rotations::matrices;
 use crate::dynamics::{State, System};
 use crate::environment::Load;
 use crate::error::Error;
+use crate::gravity::BodyPull;
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
@@ -111,13 +112,17 @@ pub struct PySystem {
 impl PySystem {
     #[new]
     fn new(
+        py: Python<'_>,
         bodies: Vec<PyRef<'_, PyBody>>,
         gravitational_constant: f64,
         settings: &Bound<'_, PyDict>,
         described: Vec<Bound<'_, PyDict>>,
         functions: BTreeMap<String, Function>,
     ) -> PyResult<Self> {
-        let bodies = bodies.iter().map(|body| body.inner.clone()).collect();
+        let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
+        if !described.is_empty() {
+            listening(py, |patience| bodies.iter().try_for_each(|body| BodyPull::moments(body, patience)))?;
+        }
         let inner = System::new(bodies, gravitational_constant, from_python(settings)?)?;
         Ok(Self { inner: inner.with_forces(forces(&described, &functions)?)? })
     }
@@ -164,10 +169,15 @@ impl PySystem {
         to_python(py, self.inner.settings())
     }
 
-    /// Force (N, 3), torque (N, 3), potential energy.
-    fn interactions<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>, f64)> {
+    /// Force (N, 3), torque (N, 3), potential energy, and what a series leaves out of the force.
+    fn interactions<'py>(
+        &self,
+        py: Python<'py>,
+        state: &PyState,
+    ) -> PyResult<(Array<'py>, Array<'py>, f64, f64)> {
         let result = listening(py, |patience| self.inner.interactions(&state.inner, patience))?;
-        Ok((from_vectors(py, &result.force)?, from_vectors(py, &result.torque)?, result.potential_energy))
+        let (force, torque) = (from_vectors(py, &result.force)?, from_vectors(py, &result.torque)?);
+        Ok((force, torque, result.potential_energy, result.left_out))
     }
 
     /// Total, translational, rotational, potential.

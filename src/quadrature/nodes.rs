@@ -1,9 +1,11 @@
 //! Nodes and weights.
 
 use super::Order;
+use crate::error::Result;
 use crate::gravity::Layer;
 use crate::math::lanes::BLOCK;
 use crate::math::triangle;
+use crate::patience::Patience;
 use crate::shape::Polyhedron;
 use gauss_quad::GaussLegendre;
 use std::f64::consts::TAU;
@@ -83,10 +85,11 @@ impl Nodes {
 
     /// n^2 points on each face of a polyhedron; the weights are shares of its areas over the volume, so that with the normals
     /// they make means over the solid of gradients.
-    pub fn faces(polyhedron: &Polyhedron, n: usize) -> Self {
+    pub fn faces(polyhedron: &Polyhedron, n: usize, patience: &mut Patience) -> Result<Self> {
         let mut nodes = Self::empty();
         let rule = triangle::rule(n);
         for face in 0..polyhedron.faces().len() {
+            patience.spend(1 + rule.len() as u64, 0.0)?;
             let [a, b, c] = polyhedron.corners(face);
             let area = (b - a).cross(&(c - a));
             let (normal, area) = (area.normalize(), 0.5 * area.norm());
@@ -102,7 +105,7 @@ impl Nodes {
         }
         let mut nodes = nodes.padded();
         nodes.normals.iter_mut().for_each(|n| n.resize(nodes.weights.len(), 0.0));
-        nodes
+        Ok(nodes)
     }
 
     /// Number of points that carry weight.

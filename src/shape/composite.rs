@@ -3,6 +3,7 @@
 //! The parts are given in a working frame, which is any. The body frame is their principal frame: see [`super::frame`].
 
 use super::frame::{ROUNDING, WorkingFrame, principal_axes, quaternion};
+use super::tree::{Block, Tree};
 use super::{GivenPart, Part, Place, Shape};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
@@ -93,14 +94,30 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     Ok(())
 }
 
+/// By how much rounding may move a part that coincides with another one.
+const ROOM: f64 = 1e-14;
+
 /// Places of the parts that are not inside another one; of parts that coincide the first.
 fn outer(parts: &[Part]) -> Vec<usize> {
     let extended: Vec<usize> =
         (0..parts.len()).filter(|&part| parts[part].shape.circumradius() > 0.0).collect();
+    // A part whose centre is not in the box around another one is not inside that one. Twice the room for rounding: see `inside`.
+    let around = |&part: &usize| {
+        let (centre, reach) = (parts[part].position(), (1.0 + 2.0 * ROOM) * parts[part].shape.circumradius());
+        let rounding = 4.0 * f64::EPSILON * (centre.amax() + reach);
+        Block::of(&[centre.add_scalar(-reach - rounding), centre.add_scalar(reach + rounding)])
+    };
+    let tree = Tree::new(&extended.iter().map(around).collect::<Vec<_>>());
     let hidden = |k: usize| {
-        extended.iter().any(|&other| {
-            other != k && inside(&parts[k], &parts[other]) && (other < k || !inside(&parts[other], &parts[k]))
-        })
+        let hides = |item: u32, _| {
+            let other = extended[item as usize];
+            let hides = other != k
+                && inside(&parts[k], &parts[other])
+                && (other < k || !inside(&parts[other], &parts[k]));
+            if hides { 0.0 } else { 1.0 }
+        };
+        let bound = |block: &Block| if block.distance(&parts[k].position()) > 0.0 { 1.0 } else { 0.0 };
+        tree.least(1.0, bound, hides) == 0.0
     };
     (0..parts.len()).filter(|&k| !hidden(k)).collect()
 }
@@ -111,8 +128,6 @@ fn inside(part: &Part, other: &Part) -> bool {
     if let Shape::Polyhedron(_) = other.shape {
         return part.shape == other.shape && part.place == other.place;
     }
-    /// By how much rounding may move a part that coincides with another one.
-    const ROOM: f64 = 1e-14;
     let apart = part.position() - other.position();
     if apart.norm() > (1.0 + ROOM) * other.shape.circumradius() {
         return false;

@@ -22,7 +22,7 @@ use pulp::Arch;
 use std::sync::{Arc, Mutex};
 
 /// Highest degree of the monomials whose means are computed.
-const MOST_POWERS: usize = 16;
+const MOST_POWERS: usize = 18;
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal axes of inertia.
 /// Copies share what they are made of.
@@ -221,16 +221,18 @@ impl Polyhedron {
 
     /// Means over the solid of the monomials of x / circumradius up to a degree or higher, in the order of [`monomials::index`]. They
     /// are kept.
-    pub fn monomial_means(&self, degree: usize) -> Arc<Vec<f64>> {
+    pub fn monomial_means(&self, degree: usize, patience: &mut Patience) -> Result<Arc<Vec<f64>>> {
         if let Ok(kept) = self.solid.monomials.lock()
             && kept.len() >= monomials::offset(degree + 1)
         {
-            return kept.clone();
+            return Ok(kept.clone());
         }
         let unit = 1.0 / self.circumradius();
         let rule = triangle::rule(degree / 2 + 1);
         let mut means = vec![0.0; monomials::offset(degree + 1)];
+        let work = (1 + rule.len() * means.len() / 8) as u64;
         for face in 0..self.faces().len() {
+            patience.spend(work, 0.0)?;
             let [a, b, c] = self.corners(face).map(|v| v * unit);
             let solid = 0.5 * a.dot(&b.cross(&c));
             for node in &rule {
@@ -260,7 +262,7 @@ impl Polyhedron {
         if let Ok(mut kept) = self.solid.monomials.lock() {
             *kept = means.clone();
         }
-        means
+        Ok(means)
     }
 
     fn moments_to(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {

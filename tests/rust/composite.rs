@@ -5,6 +5,7 @@ use fullbody::gravity::{BodyPull, ExteriorField};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Foreseen, Interaction, Link, Method, Pose};
+use fullbody::patience::Patience;
 use fullbody::shape::{Body, GivenPart, Meeting, Shape, growth};
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -44,7 +45,7 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
     };
     let foreseen = |turn| Foreseen { reach: 4.2, turns: [turn, 0.0], growth: f64::INFINITY };
     let mut arm = links([&club, &stone], Method::Focal).swap_remove(1);
-    arm.prepare(&at(-0.3), Some(&foreseen(0.0))).unwrap();
+    arm.prepare(&at(-0.3), Some(&foreseen(0.0)), &mut Patience::endless()).unwrap();
     assert!(arm.too_near(&at(-0.3)).is_none());
     // Turned up, the arm's end is 1.2 from the stone instead of 4.9 and more.
     let near = arm.too_near(&at(1.5)).unwrap();
@@ -55,7 +56,7 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
     );
     assert!(near.separation < near.valid_from);
     // Where the turn is foreseen the rule holds on all the way that it was made for.
-    arm.prepare(&at(0.3), Some(&foreseen(0.7))).unwrap();
+    arm.prepare(&at(0.3), Some(&foreseen(0.7)), &mut Patience::endless()).unwrap();
     for angle in [0.3, 0.5, 0.8, 1.0] {
         assert!(arm.too_near(&at(angle)).is_none(), "{angle}");
     }
@@ -69,7 +70,7 @@ fn total(links: &mut [Link], pose: &Pose) -> (Interaction, f64) {
         torque_second: Vec3::zeros(),
     };
     links.iter_mut().fold((zero, 0.0), |(sum, energy), link| {
-        link.prepare(pose, None).unwrap();
+        link.prepare(pose, None, &mut Patience::endless()).unwrap();
         let f = link.interaction(pose);
         let sum = Interaction {
             force_on_first: sum.force_on_first + f.force_on_first,
@@ -191,4 +192,35 @@ fn numbers_that_make_no_body() {
         let found = body(parts);
         assert!(found.contains(text), "{found}");
     }
+}
+
+/// Which of 8,000 spheres are inside another one is found without comparing all of them with each other.
+#[test]
+fn hidden_parts_of_a_heap() {
+    let side = 20;
+    let given = |k: usize| {
+        let at = [k % side, k / side % side, k / side / side].map(|c| 2.0 * c as f64);
+        // Of the two in each place the smaller one is inside, whatever comes first.
+        let ball = |radius: f64, mass| GivenPart {
+            shape: Shape::sphere(radius).unwrap(),
+            mass,
+            position: at,
+            attitude: [1.0, 0.0, 0.0, 0.0],
+        };
+        if k % 2 == 0 { [ball(1.0, 1.0), ball(0.4, 0.5)] } else { [ball(0.4, 0.5), ball(1.0, 1.0)] }
+    };
+    let parts: Vec<GivenPart> = (0..side * side * side / 2).flat_map(given).collect();
+    let count = parts.len() / 2;
+    let body = Body::composite("heap", parts).unwrap();
+    assert_eq!(body.outer_parts().count(), count);
+    assert!(body.outer_parts().all(|part| part.shape == Shape::sphere(1.0).unwrap()));
+    // Parts that coincide: the first is kept. One that sticks out is kept too.
+    let part = |axes, x| GivenPart {
+        shape: Shape::ellipsoid(axes).unwrap(),
+        mass: 1.0,
+        position: [x, 0.0, 0.0],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+    };
+    let given = vec![part([2.0, 1.0, 1.0], 0.0), part([2.0, 1.0, 1.0], 0.0), part([1.0, 0.5, 0.5], 1.5)];
+    assert_eq!(Body::composite("lobes", given).unwrap().outer_parts().count(), 2);
 }

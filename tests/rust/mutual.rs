@@ -5,6 +5,7 @@ use fullbody::error::{Error, Result};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
+use fullbody::patience::Patience;
 use fullbody::quadrature::Order;
 use fullbody::shape::{Shape, contact_function};
 use proptest::prelude::*;
@@ -80,7 +81,7 @@ pub fn run(
     pose: &Pose,
 ) -> Result<Outcome> {
     let mut pair = pair(shapes, method, tolerance, order, path);
-    pair.prepare(pose, 0.0)?;
+    pair.prepare(pose, 0.0, &mut Patience::endless())?;
     let (integrated, nodes) = pair.rule().map_or((0, 0), |rule| (rule.integrated, rule.nodes()));
     Ok(Outcome { f: pair.interaction(pose), energy: pair.potential_energy(pose), integrated, nodes })
 }
@@ -262,7 +263,7 @@ proptest! {
         let r = pose.separation.norm();
         for method in [Method::Focal, Method::Surface] {
             let mut pair = pair(bodies.shapes(), method, 1e-15, None, VectorPath::Auto);
-            pair.prepare(&pose, 0.1).unwrap();
+            pair.prepare(&pose, 0.1, &mut Patience::endless()).unwrap();
             let slope = |move_by: &dyn Fn(f64) -> Pose, h: f64| {
                 let energy = |s: f64| pair.potential_energy(&move_by(s));
                 (1..=4).zip(WEIGHTS).map(|(k, w)| w * (energy(f64::from(k) * h) - energy(-f64::from(k) * h)) / h).sum::<f64>()
@@ -364,11 +365,11 @@ fn a_rule_is_kept_while_it_covers_and_renewed_closer_in() {
     let bodies = Bodies { a: [1.0, 0.8, 0.5], b: [0.5, 0.4, 0.3] };
     let mut pair = pair(bodies.shapes(), Method::Focal, 1e-15, None, VectorPath::Auto);
     let at = |d: f64| pose(Vec3::new(0.6, 0.64, 0.48) * d, attitude_of([0.3, -0.4, 1.2]), Mat3::identity());
-    pair.prepare(&at(5.0), 0.05).unwrap();
+    pair.prepare(&at(5.0), 0.05, &mut Patience::endless()).unwrap();
     assert!(pair.covers(5.0) && pair.covers(4.8) && !pair.covers(2.0) && pair.covers(1e3));
     for d in [1e3, 60.0, 11.0, 4.0, 2.2, 1.7, 2.2, 4.0, 11.0, 60.0, 1e3] {
         // The history may choose another rule, not another result.
-        pair.prepare(&at(d), 0.0).unwrap();
+        pair.prepare(&at(d), 0.0, &mut Patience::endless()).unwrap();
         let (f, energy) = (pair.interaction(&at(d)), pair.potential_energy(&at(d)));
         let visited = Outcome { f, energy, integrated: 0, nodes: 0 };
         same(&visited, &bodies.best(Method::Focal, &at(d)), 1.0, 1e-14, &format!("after a way to {d}"));

@@ -16,7 +16,9 @@ __all__ = ["build_parser", "main"]
 def build_parser() -> argparse.ArgumentParser:
     """The parser with all subcommands."""
     parser = argparse.ArgumentParser(
-        prog="fullbody", description="Rigid ellipsoids moving and turning in each other's exact gravity."
+        prog="fullbody",
+        description="Rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact "
+        "gravity.",
     )
     parser.add_argument("--version", action="version", version=f"fullbody {version()}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

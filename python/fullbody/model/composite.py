@@ -181,12 +181,16 @@ class Composite:
         return f"Composite([{', '.join(map(repr, self.parts))}])"
 
     @classmethod
-    def layers(cls, shape: Ellipsoid | Sphere, fractions: Sequence[float], densities: Sequence[Any]) -> Composite:
+    def layers(
+        cls, shape: Ellipsoid | Sphere | Polyhedron, fractions: Sequence[float], densities: Sequence[Any]
+    ) -> Composite:
         """Homothetic layers: shells about one centre whose surfaces are the same shape at smaller and smaller sizes.
+
+        The centre of a polyhedron is its centre of mass, from where all of its surface has to be seen.
 
         Parameters
         ----------
-        shape : Ellipsoid or Sphere
+        shape : Ellipsoid, Sphere or Polyhedron
             The outermost surface.
         fractions : sequence of float
             Sizes of the layers' outer surfaces relative to that: falling from 1.
@@ -196,7 +200,7 @@ class Composite:
         Returns
         -------
         Composite
-            Whose parts are whole ellipsoids with the differences of the densities.
+            Whose parts are whole solids with the differences of the densities.
 
         Raises
         ------
@@ -209,8 +213,8 @@ class Composite:
         >>> [part.density for part in shell.parts]
         [3.0, -3.0]
         """
-        if not isinstance(shape, Ellipsoid | Sphere):
-            raise InvalidInput(f"shape is {shape!r}; expected an Ellipsoid or a Sphere")
+        if not isinstance(shape, Ellipsoid | Sphere | Polyhedron):
+            raise InvalidInput(f"shape is {shape!r}; expected an Ellipsoid, a Sphere or a Polyhedron")
         sizes = numbers(fractions, "fractions")
         if (
             sizes.ndim != 1
@@ -234,8 +238,7 @@ class Composite:
             step = density if outer is None else density - outer
             outer = density
             if not _is_zero(step):
-                lengths = (getattr(shape, name) * float(fraction) for name in shape.__slots__)
-                parts.append(Part(type(shape)(*lengths), density=step))
+                parts.append(Part(_scaled(shape, float(fraction)), density=step))
         return cls(parts)
 
     def with_mass(self, mass: Any) -> Composite:
@@ -311,3 +314,10 @@ class WorkingFrame(ArrayFields):
 
     position: Any
     attitude: Any
+
+
+def _scaled(shape: Ellipsoid | Sphere | Polyhedron, factor: float) -> Solid:
+    """The same shape about the same centre with all lengths times a factor."""
+    if isinstance(shape, Polyhedron):
+        return shape._layer(factor)
+    return type(shape)(*(getattr(shape, name) * factor for name in shape.__slots__))

@@ -26,11 +26,16 @@ class Interactions(ArrayFields, Tabled):
         About each body's centre, in its body frame.
     potential_energy : float or Quantity
         Negative: minus the paper's U.
+    left_out : float
+        Of ``gravity="multipole:N"``: the size of the two degrees after the last one, of the force, and of the torques
+        by the bodies' radii, relative to the force between the two bodies for which that is most. It estimates the
+        error of a series that converges. Zero for the other methods, which have no series.
     """
 
     force: Array
     torque: Array
     potential_energy: Scalar
+    left_out: float = 0.0
 
     def _tables(self) -> tuple[Table, ...]:
         """Force and torque, a body a row, by its place."""
@@ -41,7 +46,8 @@ class Interactions(ArrayFields, Tabled):
         return (Table(f"Interactions, potential energy {number(self.potential_energy)}", header, list(rows)),)
 
     def __repr__(self) -> str:
-        return block("Interactions(", force=self.force, torque=self.torque, potential_energy=self.potential_energy)
+        names = ("force", "torque", "potential_energy", "left_out")
+        return block("Interactions(", **{name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

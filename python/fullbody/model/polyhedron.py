@@ -161,6 +161,23 @@ class Polyhedron:
         factor = units.strip(u.Quantity(1.0, first.unit), "length", f"vertices of {name}")
         return self._made if factor == 1.0 else self._made.scaled(float(factor))
 
+    def _layer(self, fraction: float) -> Polyhedron:
+        """The same shape at a size relative to this one, about the centre of mass."""
+        vertices = self._made.given
+        middle = vertices.mean(axis=0)
+        corners = (vertices - middle)[self._faces]
+        volumes = np.linalg.det(corners) / 6.0
+        centre = volumes @ corners.sum(axis=1) / (4.0 * volumes.sum())
+        heights = np.linalg.det(corners - centre)
+        if fraction < 1.0 and (heights <= 0.0).any():
+            raise InvalidInput(
+                f"shape is {self!r}, whose face {int(heights.argmin())} is turned away from its centre of mass; "
+                "expected one whose whole surface is seen from there: a smaller one is not within any other"
+            )
+        made = middle + centre + fraction * (vertices - middle - centre)
+        unit = self._vertices.unit if is_quantity(self._vertices) else None
+        return Polyhedron(made if unit is None else made * unit, self._faces)
+
     def _plain(self, units: Units) -> dict[str, Any]:
         """What it is made with, in a system's units."""
         made = self._core(units, "the polyhedron")

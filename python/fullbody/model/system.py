@@ -363,9 +363,10 @@ class BaseSystem(Tabled):
         """
         core = self._strip(state)
         with self._explaining(lambda: core):
-            force, torque, energy = self._core.interactions(core)
+            force, torque, energy, left_out = self._core.interactions(core)
         attach = self._units.attach
-        return Interactions(attach(force, "force"), attach(torque, "torque"), attach(energy, "energy"))
+        loads = (attach(force, "force"), attach(torque, "torque"))
+        return Interactions(*loads, attach(energy, "energy"), left_out)
 
     def energy(self, state: State) -> Energy:
         """Energy of a state in its parts.

@@ -33,22 +33,23 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
         masses = system._masses
         # The run itself refuses what is too large.
         with np.errstate(all="ignore"):
-            distances = list(_distances(start.position))
-            yield from _unbound(system, start, masses, distances)
-            yield from _far(system, start, masses, distances, tolerance)
+            position = start.position
+            apart = np.sqrt(((position[:, None] - position) ** 2).sum(axis=2))
+            np.fill_diagonal(apart, np.inf)
+            yield from _unbound(system, start, masses, apart)
+            yield from _far(system, position, masses, apart, tolerance)
 
 
-def _unbound(system: BaseSystem, start: _core.State, masses: Any, distances: Any) -> Iterator[str]:
+def _unbound(system: BaseSystem, start: _core.State, masses: Any, apart: Any) -> Iterator[str]:
     """Whether a body is so much faster than the others' speed of escape that their attraction can hardly be meant to
     hold it.
     """
-    speed, escape = np.empty((2, len(masses)))
     velocity = start.velocity
-    for body, (others, apart) in enumerate(distances):
-        rest = masses[others]
-        speed[body] = np.linalg.norm(velocity[body] - rest @ velocity[others] / rest.sum())
-        total = masses[body] + rest.sum()
-        escape[body] = np.sqrt(2.0 * system._G * total * (rest / rest.sum() / apart).sum())
+    # Of the others, by rows.
+    rest = np.where(apart < np.inf, masses, 0.0)
+    sums = rest.sum(axis=1)
+    speed = np.sqrt(((velocity - rest @ velocity / sums[:, None]) ** 2).sum(axis=1))
+    escape = np.sqrt(2.0 * system._G * (masses + sums) * (rest / apart).sum(axis=1) / sums)
     # Without attraction there is nothing to be bound by.
     times = np.where(escape > 0.0, speed / escape, 0.0)
     body = int(np.argmax(times))
@@ -64,20 +65,20 @@ def _unbound(system: BaseSystem, start: _core.State, masses: Any, distances: Any
     )
 
 
-def _far(system: BaseSystem, start: _core.State, masses: Any, distances: Any, tolerance: float | None) -> Iterator[str]:
+def _far(system: BaseSystem, position: Any, masses: Any, apart: Any, tolerance: float | None) -> Iterator[str]:
     """Whether the barycentre, which the integrators count positions from, is far from bodies near each other."""
-    nearest = np.array([apart.min() for _, apart in distances])
-    position = start.position
-    from_barycentre = np.linalg.norm(position - masses @ position / masses.sum(), axis=1)
+    nearest = apart.min(axis=1)
+    from_barycentre = np.sqrt(((position - masses @ position / masses.sum()) ** 2).sum(axis=1))
     body = int(np.argmax(from_barycentre / nearest))
     rounding = np.spacing(from_barycentre[body]) / nearest[body]
     enough = 10.0 ** np.ceil(np.log10(rounding))
     if from_barycentre[body] < _FAR * nearest[body] or (tolerance is not None and tolerance >= enough):
         return
-    others, apart = distances[body]
-    neighbour = others[np.argmin(apart)]
+    distances = apart[body]
+    neighbour = np.argmin(distances)
     # The body that draws the barycentre there.
-    heavy = np.argmax(np.where(apart >= _FAR / 2 * nearest[body], masses[others], 0.0))
+    far = (distances >= _FAR / 2 * nearest[body]) & (distances < np.inf)
+    heavy = np.argmax(np.where(far, masses, 0.0))
 
     def length(value: float, digits: int = 4) -> str:
         return tables.number(system._units.attach(np.float64(value), "length"), digits)
@@ -90,20 +91,12 @@ def _far(system: BaseSystem, start: _core.State, masses: Any, distances: Any, to
             "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run may "
             "never end"
         )
-    who = system.names[others[heavy]]
+    who = system.names[heavy]
     instead = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
     remedy = instead if tolerance is None else f"{instead}, or rtol and atol of {enough:g} or more"
     yield (
-        f"{who} is {length(apart[heavy])} from {pair}, which are {length(nearest[body])} "
+        f"{who} is {length(distances[heavy])} from {pair}, which are {length(nearest[body])} "
         "apart, and so heavy that the barycentre, which positions are counted from, is far from these two: their "
         f"coordinates round at {length(np.spacing(from_barycentre[body]), 2)}, {rounding:.2g} of their distance. "
         f"{follows}; expected bodies within {_FAR:g} such distances, or {remedy}"
     )
-
-
-def _distances(position: Any) -> Iterator[tuple[Any, Any]]:
-    """For every body the places of the others and their distances from it."""
-    places = np.arange(len(position))
-    for body in places:
-        others = places[places != body]
-        yield others, np.linalg.norm(position[others] - position[body], axis=1)

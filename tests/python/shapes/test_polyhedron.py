@@ -244,6 +244,70 @@ def test_the_mutual_expansion_converges_to_the_exact_interactions(other):
         ).interactions(near)
 
 
+@pytest.mark.parametrize("mesh", [True, False])
+@pytest.mark.parametrize("distance", [4.0, 8.0])
+def test_a_series_tells_what_it_leaves_out(mesh, distance):
+    shapes = (box(1.0, 0.8, 0.5), octahedron(0.7, 0.5, 0.3)) if mesh else (Ellipsoid(1, 0.8, 0.6), Sphere(0.5))
+    lobes = Composite([Part(Ellipsoid(0.5, 0.4, 0.4), mass=2.0), Part(Sphere(0.3), mass=1.0, position=[0.7, 0, 0])])
+    for second in (shapes[1], lobes):
+        bodies = [Body(shapes[0], mass=2.0, name="A"), Body(second, mass=None if second is lobes else 1.0, name="B")]
+        state = pose([0.6 * distance, 0.64 * distance, 0.48 * distance])
+        exact = fullbody.System(bodies, G=1.0).interactions(state)
+        assert exact.left_out == 0.0
+        size = np.linalg.norm(exact.force[0])
+        for degree in (2, 4, 6):
+            found = fullbody.System(bodies, G=3.0, gravity=f"multipole:{degree}").interactions(state)
+            error = np.linalg.norm(found.force[0] / 3.0 - exact.force[0]) / size
+            torque = np.linalg.norm(found.torque / 3.0 - exact.torque, axis=1).max() / size
+            # The torque is counted by the bodies' radii, which are not far from one.
+            assert 0.7 * max(error, torque) < found.left_out < 6.0 * max(error, torque), (degree, error, torque)
+    highest = fullbody.System(bodies, G=1.0, gravity="multipole:16").interactions(state)
+    assert 0.0 <= highest.left_out < 1e-7
+
+
+@pytest.mark.parametrize("unit", [None, u.km])
+def test_layers_of_a_polyhedron_attract_as_the_difference_of_two(unit):
+    # A tetrahedron, whose centre of mass is the mean of its corners.
+    corners = np.array([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.3, 1.5, 0.1], [0.2, 0.4, 1.2]]) + 5.0
+    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    centre = corners.mean(axis=0)
+    smaller = centre + 0.6 * (corners - centre)
+    given = Polyhedron(corners if unit is None else corners * unit, faces)
+    density = (3.0, 5.0) if unit is None else (3.0 * u.kg / u.km**3, 5.0 * u.kg / u.km**3)
+    layers = Composite.layers(given, fractions=(1.0, 0.6), densities=density)
+    assert (
+        np.abs(
+            np.asarray(getattr(layers.parts[1].shape.vertices, "value", layers.parts[1].shape.vertices)) - smaller
+        ).max()
+        < 1e-14
+    )
+    if unit is not None:
+        assert Body(layers).mass.to_value("kg") == pytest.approx((3.0 + 2.0 * 0.6**3) * given.volume.value, rel=1e-13)
+        return
+    shell = Body(Composite.layers(given, fractions=(1.0, 0.6), densities=(3.0, 0.0)), name="A")
+    ball = Body(Sphere(0.1), mass=2.0, name="B")
+    solids = [Body(Polyhedron(c, faces), density=3.0, name="A") for c in (corners, smaller)]
+    assert shell.mass == pytest.approx(solids[0].mass - solids[1].mass, rel=1e-13)
+    state = fullbody.State([[0, 0, 0], [1.1, 0.9, -1.3]], np.zeros((2, 3)))
+    # The three have one centre and one principal frame.
+    found, whole, core = (fullbody.System([body, ball], G=1.0).interactions(state) for body in (shell, *solids))
+    size = np.abs(whole.force).max()
+    np.testing.assert_allclose(found.force, whole.force - core.force, atol=1e-13 * size)
+    np.testing.assert_allclose(found.torque, whole.torque - core.torque, atol=1e-13 * size)
+    np.testing.assert_allclose(found.potential_energy, whole.potential_energy - core.potential_energy, rtol=1e-13)
+
+
+def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
+    # An arrow head: two blocks that meet at a right angle have their centre of mass in the notch.
+    outline = np.array([[0, 0], [3, 0], [3, 0.2], [0.2, 0.2], [0.2, 3], [0, 3]])
+    corners = np.concatenate([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 0.2)])
+    cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+    sides = [f for k in range(6) for f in ([k, (k + 1) % 6, (k + 1) % 6 + 6], [k, (k + 1) % 6 + 6, k + 6])]
+    angle = Polyhedron(corners, np.concatenate([cap[:, ::-1], cap + 6, sides]))
+    with pytest.raises(fullbody.InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
+        Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
+
+
 def focal_points(a, b, c, n=12, m=48):
     """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
     t, w = np.polynomial.legendre.leggauss(2 * n + 1)

@@ -4,6 +4,7 @@ use fullbody::error::{Error, Result};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
+use fullbody::patience::Patience;
 use fullbody::shape::{Shape, contact_function};
 use std::sync::Arc;
 
@@ -114,7 +115,7 @@ fn evaluate(shapes: [&Shape; 2], method: Method, pose: &Pose) -> Result<(Interac
     let store = Arc::default();
     let [a, b] = [BodyGravity::new("A", shapes[0], &store), BodyGravity::new("B", shapes[1], &store)];
     let mut pair = Pair::new(a, b, method, 1e-14, None, VectorPath::Auto.arch().expect("a path"));
-    pair.prepare(pose, 0.0)?;
+    pair.prepare(pose, 0.0, &mut Patience::endless())?;
     Ok((pair.interaction(pose), pair.potential_energy(pose)))
 }
 

@@ -4,12 +4,15 @@ use super::systems::*;
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::{Error, Refusal, Result};
 use fullbody::integrate::{Equations, Scheme, Stepper, Tolerance, VERNER98};
-use fullbody::math::Vec3;
-use fullbody::mutual::Method;
+use fullbody::math::lanes::VectorPath;
+use fullbody::math::{Mat3, Vec3};
+use fullbody::mutual::{BodyGravity, Method, Pair, Pose};
 use fullbody::patience::{HOOK_INTERVAL, Patience, UNITS};
-use fullbody::shape::{Body, Shape};
+use fullbody::shape::{Body, Polyhedron, Shape};
 use fullbody::trajectory::{Condition, Event, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use std::collections::HashMap;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Calls with a hook that is due and breaks, so that whatever makes more than [`UNITS`] units of work is interrupted at once.
@@ -111,6 +114,131 @@ fn comparing_rules() {
     let system = System::new(system.bodies().to_vec(), 1.0, settings).unwrap();
     counted(impatient(|patience| system.interactions(&state, patience).map(drop)));
     counted(impatient(|patience| Simulation::begin(&system, &state, verner98(1e-9), patience).map(drop)));
+}
+
+/// A cube of unit side whose triangles are cut in four so many times.
+fn cube(cuts: usize) -> Polyhedron {
+    let whole = crate::polyhedron::cuboid([-0.5; 3], [1.0; 3]);
+    let mut vertices: Vec<Vec3> = whole.given().collect();
+    let mut faces = whole.faces().to_vec();
+    for _ in 0..cuts {
+        let mut middles = HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                vertices.push(0.5 * (vertices[a as usize] + vertices[b as usize]));
+                vertices.len() as u32 - 1
+            })
+        };
+        let cut = |[a, b, c]: &[u32; 3]| {
+            let [d, e, f] = [middle(*a, *b), middle(*b, *c), middle(*c, *a)];
+            [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]]
+        };
+        faces = faces.iter().flat_map(cut).collect();
+    }
+    Polyhedron::new(&vertices, &faces, &mut Patience::endless()).unwrap()
+}
+
+/// Two cubes of 768 faces, a tenth of their side apart.
+fn near_cubes(gravity: Method, distance: f64) -> (System, State) {
+    let body = |name| Body::with_mass(name, Shape::Polyhedron(cube(3)), 1.0).unwrap();
+    let settings = Settings { gravity, gravity_tolerance: 1e-3, ..Settings::default() };
+    let system = System::new(vec![body("A"), body("B")], 1.0, settings).unwrap();
+    let mut state = relative(Vec3::new(distance, 0.1, 0.2), Vec3::zeros(), 0.5);
+    state.time = 2.5;
+    (system, state)
+}
+
+/// One evaluation of two large polyhedra takes a second and more: it is made in pieces, which are the whole.
+#[test]
+fn large_polyhedra_near_by() {
+    let (system, state) = near_cubes(Method::Focal, 1.1);
+    let mut simulation = Simulation::new(&system, &state, verner98(1e-3)).unwrap();
+    let mut dynamics = simulation.dynamics().clone();
+    let [pair] = &dynamics.pairs().map(|(.., pair)| pair.clone()).collect::<Vec<_>>()[..] else { panic!() };
+    // 768 faces as seen from four points on each of 768 others.
+    let work = 768 * 768 * 4;
+    assert!(pair.work() >= work);
+    let few = |work: u64, times: u64| work.div_ceil(times) <= UNITS * 11 / 10;
+    assert!(few(pair.work(), pair.pieces().len() as u64));
+    assert_eq!(dynamics.parts(), pair.pieces().len());
+    assert!(dynamics.work() <= UNITS * 11 / 10);
+
+    let pose = Pose {
+        separation: state.position[1] - state.position[0],
+        rotation_first: Mat3::identity(),
+        rotation_second: Mat3::identity(),
+    };
+    let whole = pair.interaction(&pose);
+    let energy: f64 = pair.pieces().map(|nodes| pair.potential_energy_of(&pose, nodes)).sum();
+    assert!((energy / pair.potential_energy(&pose) - 1.0).abs() < 1e-13);
+    let (_, vector, _) = fullbody::dynamics::BarycentricFrame::new(system.layout(), &system.masses(), &state);
+    (0..dynamics.parts()).for_each(|part| dynamics.load(part, 2.5, &vector).unwrap());
+    let (acceleration, torque) = dynamics.loads();
+    let force = whole.force_on_first.norm();
+    assert!((acceleration[0] - whole.force_on_first).norm() < 1e-13 * force);
+    assert!((acceleration[1] + whole.force_on_first).norm() < 1e-13 * force);
+    assert!((torque[0] - whole.torque_first).norm() < 1e-13 * force);
+    assert!((torque[1] - whole.torque_second).norm() < 1e-13 * force);
+
+    // Looks at the clock in proportion to the work: choosing the rule takes two evaluations, the result one, with its energy.
+    let mut patience = Patience::endless();
+    system.interactions(&state, &mut patience).unwrap();
+    assert!(few(4 * work, patience.looks()), "{}", patience.looks());
+    assert_eq!(interrupted(impatient(|patience| system.interactions(&state, patience))), 2.5);
+    assert_eq!(interrupted(impatient(|patience| system.energy(&state, patience))), 2.5);
+    interrupted(impatient(|patience| Simulation::begin(&system, &state, verner98(1e-3), patience)));
+    let velocities = vec![Vec3::zeros(); 2];
+    assert_eq!(interrupted(impatient(|p| dynamics.energy(2.5, &vector, &velocities, p))), 2.5);
+    assert_eq!(interrupted(impatient(|patience| simulation.step(9.0, patience))), 2.5);
+    assert_eq!(simulation.state(), state);
+}
+
+/// The same of a large polyhedron in an ellipsoid's field.
+#[test]
+fn a_large_polyhedron_beside_an_ellipsoid() {
+    let store = Arc::default();
+    let mesh = Shape::Polyhedron(cube(6));
+    let stone = Shape::ellipsoid([0.3, 0.2, 0.1]).unwrap();
+    let bodies = [BodyGravity::new("A", &mesh, &store), BodyGravity::new("B", &stone, &store)];
+    let [first, second] = bodies;
+    let arch = VectorPath::Auto.arch().unwrap();
+    let mut pair = Pair::new(first, second, Method::Focal, 1e-6, None, arch);
+    let pose = Pose {
+        separation: Vec3::new(0.75, 0.1, 0.2),
+        rotation_first: Mat3::identity(),
+        rotation_second: Mat3::identity(),
+    };
+    pair.prepare(&pose, 0.0, &mut Patience::endless()).unwrap();
+    let whole = pair.interaction(&pose);
+    assert!(pair.pieces().len() > 1 && pair.work() >= 4 * 49_152);
+    let pieces: Vec<_> = pair.pieces().map(|nodes| pair.interaction_of(&pose, nodes)).collect();
+    let force: Vec3 = pieces.iter().map(|piece| piece.force_on_first).sum();
+    let torques: [Vec3; 2] = [
+        pieces.iter().map(|piece| piece.torque_first).sum(),
+        pieces.iter().map(|piece| piece.torque_second).sum(),
+    ];
+    let size = whole.force_on_first.norm();
+    assert!((force - whole.force_on_first).norm() < 1e-13 * size);
+    assert!((torques[0] - whole.torque_first).norm() < 1e-13 * size);
+    assert!((torques[1] - whole.torque_second).norm() < 1e-13 * size);
+    let energy: f64 = pair.pieces().map(|nodes| pair.potential_energy_of(&pose, nodes)).sum();
+    assert!((energy / pair.potential_energy(&pose) - 1.0).abs() < 1e-13);
+    interrupted(impatient(|patience| pair.prepare(&pose, 0.0, patience)));
+}
+
+/// The moments of a large mesh are computed once, when they are first needed.
+#[test]
+fn moments_of_a_large_polyhedron() {
+    for (gravity, distance) in [(Method::Focal, 3.0), (Method::Multipole(16), 3.0)] {
+        let make = || near_cubes(gravity, distance);
+        let (system, state) = make();
+        assert_eq!(interrupted(impatient(|patience| system.interactions(&state, patience))), 2.5);
+        assert_eq!(interrupted(impatient(|patience| make().0.energy(&state, patience))), 2.5);
+        interrupted(impatient(|patience| Simulation::begin(&make().0, &state, verner98(1e-3), patience)));
+        // Once they are there nobody is asked.
+        system.interactions(&state, &mut Patience::endless()).unwrap();
+        impatient(|patience| system.interactions(&state, patience)).unwrap();
+    }
 }
 
 /// Whether bodies have met in a step is asked of every pair: of 51,040 spheres, and of no points.
