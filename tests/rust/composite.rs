@@ -207,7 +207,7 @@ fn hidden_parts_of_a_heap() {
             position: at,
             attitude: [1.0, 0.0, 0.0, 0.0],
         };
-        if k % 2 == 0 { [ball(1.0, 1.0), ball(0.4, 0.5)] } else { [ball(0.4, 0.5), ball(1.0, 1.0)] }
+        if k.is_multiple_of(2) { [ball(1.0, 1.0), ball(0.4, 0.5)] } else { [ball(0.4, 0.5), ball(1.0, 1.0)] }
     };
     let parts: Vec<GivenPart> = (0..side * side * side / 2).flat_map(given).collect();
     let count = parts.len() / 2;
