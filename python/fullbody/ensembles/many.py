@@ -13,7 +13,7 @@ from ..errors import BodiesOverlap, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..model.state import State
 from ..motion.doubts import of_start
-from ..motion.options import Tally, watched
+from ..motion.options import Tally, check_for_all, watched
 from ..motion.simulation import Run, System
 from ..motion.task import Task, beginning
 from ..record.integrators import Integrator
@@ -146,6 +146,9 @@ class _Many:
                 raise InvalidInput(
                     f"{name} has {len(value)} values; expected one, or {self.total}, one for each member"
                 )
+        if isinstance(members, tuple | list) and members and isinstance(members[0], System):
+            raise InvalidInput("members is one member; expected a list of them: [(system, state), ...]")
+        check_for_all(None if _is_sequence(integrator) else integrator, output, until)
         self._until, self._integrator = until, integrator
         self._output, self._events, self._dense = output, events, dense
         self.answers: list[Any] = []

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import integer, named_options, suggestion
-from ..base.units import from_text, need
+from ..base.units import need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput
 from ..events import Event
-from ..motion.options import watched
+from ..motion.options import check_for_all, watched
 from ..record.integrators import Integrator, Verner98
 from .many import thread_count
 from .parameters import RNG, Plan, chunks, columns_of, plan
@@ -141,8 +141,6 @@ def sweep(
     for name, function in (("setup", setup), ("measure", measure)):
         if not callable(function):
             raise InvalidInput(f"{name} is {function!r}; expected a function")
-    if integrator is not None and not isinstance(integrator, Integrator):
-        raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
     rng = RNG in _arguments(setup)
     rows = plan(parameters, _seed(seed))
     for name in (*rows.columns, *rows.dimensions):
@@ -158,11 +156,8 @@ def sweep(
     size = many if chunk is None else integer(chunk)
     if size is None or size < 1:
         raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
-    if isinstance(until, str) and until not in rows.columns:
-        # An error comes before all work.
-        from_text(until, "until", "time")
-    if isinstance(output, str) and output != "ends":
-        from_text(output, "output", "time")
+    # An error comes before all work.
+    check_for_all(integrator, output, None if isinstance(until, str) and until in rows.columns else until)
     job = Job(setup, measure, until, output, integrator, tuple(watched(events)), bool(dense), width, seed, rng)
     outcomes: dict[int, Outcome] = {}
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})

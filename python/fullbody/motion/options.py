@@ -9,11 +9,12 @@ from typing import Any
 
 from ..base.arguments import sequence
 from ..base.atomic import as_path
-from ..base.units import Units
+from ..base.units import Units, from_text
 from ..errors import InvalidInput
 from ..events import Event
+from ..record.integrators import Integrator
 
-__all__ = ["Bar", "Tally", "autosaving", "sampling", "watched"]
+__all__ = ["Bar", "Tally", "autosaving", "check_for_all", "sampling", "watched"]
 
 
 def sampling(output: Any, units: Units) -> Any:
@@ -31,6 +32,15 @@ def sampling(output: Any, units: Units) -> Any:
     if not values > 0.0:
         raise InvalidInput(f"output is {output!r}; expected {expected}")
     return float(values)
+
+
+def check_for_all(integrator: Any, output: Any, until: Any) -> None:
+    """Refuse options that are wrong for any system, whatever its units are."""
+    if integrator is not None and not isinstance(integrator, Integrator):
+        raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
+    for name, value in (("output", output), ("until", until)):
+        if isinstance(value, str) and not (name == "output" and value == "ends"):
+            from_text(value, name, "time")
 
 
 def autosaving(autosave: Any) -> tuple[Path, float]:

@@ -111,6 +111,20 @@ def test_one_end_and_one_integrator_for_each():
         integrate_many(((system, state) for _ in range(3)), 1.0, integrator=[None] * 4)
 
 
+def test_what_is_wrong_for_all_is_refused_at_once():
+    for message, call in (
+        (
+            "integrator is 'verner'; expected one of fullbody's",
+            lambda: integrate_many([(SYSTEM, STATE)], 1.0, integrator="verner"),
+        ),
+        ("output", lambda: integrate_many([(SYSTEM, STATE)], 1.0, "end")),
+        ("until", lambda: integrate_many([(SYSTEM, STATE)], "tomorrow")),
+        ("members is one member; expected a list of them", lambda: integrate_many((SYSTEM, STATE), 1.0)),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            call()
+
+
 # Members that fail.
 
 
