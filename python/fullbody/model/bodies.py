@@ -15,7 +15,7 @@ from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import hashed, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
-from .composite import Composite, Part, WorkingFrame
+from .composite import SHOWN, Composite, Part, WorkingFrame
 from .polyhedron import Polyhedron
 from .shapes import (
     SOLIDS,
@@ -402,4 +402,6 @@ def _table_of_parts(parts: Sequence[Part]) -> Table:
         place = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
         return type(part.shape).__name__, size, amount, place
 
-    return Table("Parts", ("shape", "semi-axes", "mass", "position"), [row(part) for part in parts])
+    more = len(parts) - SHOWN
+    rows = [*map(row, parts[:SHOWN]), *([(f"{more} more", "", "", "")] if more > 0 else [])]
+    return Table("Parts", ("shape", "semi-axes", "mass", "position"), rows)

@@ -16,8 +16,10 @@ from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_shape, lengths_of, own_units, sizes_in
 
-__all__ = ["Composite", "Part", "WorkingFrame"]
+__all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
+#: Parts that are told one by one where a composite is printed.
+SHOWN = 20
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -178,7 +180,9 @@ class Composite:
         object.__setattr__(self, "parts", found)
 
     def __repr__(self) -> str:
-        return f"Composite([{', '.join(map(repr, self.parts))}])"
+        more = len(self.parts) - SHOWN
+        parts = [*map(repr, self.parts[:SHOWN]), *([f"... {more} more"] if more > 0 else [])]
+        return f"Composite([{', '.join(parts)}])"
 
     @classmethod
     def layers(

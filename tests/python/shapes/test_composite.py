@@ -324,3 +324,12 @@ def test_point_method_takes_the_whole_as_a_point():
     force = Body(Composite(lump())).mass * PROBE.mass / np.linalg.norm(r) ** 3 * r
     close(points.force, np.array([force, -force]), 1e-15)
     assert not points.torque.any()
+
+
+def test_many_parts_are_not_printed_one_by_one():
+    rng = np.random.default_rng(3)
+    points = [Part(fullbody.PointMass(), mass=1.0, position=place) for place in rng.normal(size=(3000, 3))]
+    body = fullbody.Body(Composite(points))
+    for text in (repr(body), body._repr_html_()):
+        assert "2980 more" in text
+        assert len(text) < 20_000
