@@ -1,6 +1,6 @@
 """Many runs at once: how well threads are used, what is lost beside the runs, and what memory they take.
 
-    python benches/ensemble.py [--members 200] [--days 200] [--slice 20] [--short 9990] [--repeats 1]
+    python benches/ensemble.py [--members 200] [--days 200] [--slice 100] [--short 9990] [--repeats 1]
 
 First members of Dimorphos that start turned by various angles: in a loop of single runs, and in one call on one and on
 two threads. The members go in slices, in which the three take turns, and of repeated times the shortest counts. Then
@@ -185,7 +185,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--members", type=int, default=200)
     parser.add_argument("--days", type=float, default=200.0)
-    parser.add_argument("--slice", type=int, default=20)
+    parser.add_argument("--slice", type=int, default=100)
     parser.add_argument("--short", type=int, default=9990)
     parser.add_argument("--short-days", type=float, default=2.0)
     parser.add_argument("--repeats", type=int, default=1)
