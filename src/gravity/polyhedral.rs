@@ -16,7 +16,7 @@
 //! The sums cancel away from the body: at the distance r they lose (r/R)^2 of their digits. Beyond some sizes of the body
 //! [`super::Layer`] has its field with all digits.
 
-use crate::math::lanes::{BLOCK, Lanes, Total, dot, splat_vector, total_vector};
+use crate::math::lanes::{BLOCK, Lanes, Total, cross, dot, load_vector, minus, splat_vector, total_vector};
 use crate::math::logarithm::{angle, ln_one_plus};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Polyhedron;
@@ -127,42 +127,23 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
 
         let edges = &self.facets.edges;
         for block in 0..edges[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
-            let p = [
-                Lanes::load(simd, &edges[0], block) - x[0],
-                Lanes::load(simd, &edges[1], block) - x[1],
-                Lanes::load(simd, &edges[2], block) - x[2],
-            ];
-            let q = [
-                Lanes::load(simd, &edges[3], block) - x[0],
-                Lanes::load(simd, &edges[4], block) - x[1],
-                Lanes::load(simd, &edges[5], block) - x[2],
-            ];
+            let p = minus(load_vector(simd, &edges[0..], block), x);
+            let q = minus(load_vector(simd, &edges[3..], block), x);
             let length = Lanes::load(simd, &edges[6], block);
             let (pp, qq) = (dot(p, p).sqrt(), dot(q, q).sqrt());
             let (product, scalar) = (pp * qq, dot(p, q));
-            let along = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
-            let cross = [
-                p[1] * along[2] - p[2] * along[1],
-                p[2] * along[0] - p[0] * along[2],
-                p[0] * along[1] - p[1] * along[0],
-            ];
+            let across = cross(p, minus(q, p));
             // z of ln(1 + z): e (p + q + e)/(pq + p.q), or the same with pq + p.q = |p x q|^2/(pq - p.q).
             let sum = product + scalar.abs();
             let over = length * (pp + qq + length);
             let (over, under) =
-                (scalar.if_less(c(0.0), over * sum, over), scalar.if_less(c(0.0), dot(cross, cross), sum));
+                (scalar.if_less(c(0.0), over * sum, over), scalar.if_less(c(0.0), dot(across, across), sum));
             // On the edge itself the logarithm is infinite, and what it is multiplied by is zero.
             let under = under.max(over.mul_add(c(LEAST), c(f64::MIN_POSITIVE)));
             let log = ln_one_plus(over, under);
-            let dyad = [
-                Lanes::load(simd, &edges[7], block),
-                Lanes::load(simd, &edges[8], block),
-                Lanes::load(simd, &edges[9], block),
-                Lanes::load(simd, &edges[10], block),
-                Lanes::load(simd, &edges[11], block),
-                Lanes::load(simd, &edges[12], block),
-            ];
-            let [xx, xy, xz, yy, yz, zz] = dyad;
+            let [xx, xy, xz] = load_vector(simd, &edges[7..], block);
+            let [yy, yz, zz] = load_vector(simd, &edges[10..], block);
+            let dyad = [xx, xy, xz, yy, yz, zz];
             let er = [dot([xx, xy, xz], p), dot([xy, yy, yz], p), dot([xz, yz, zz], p)];
             potential[0].add_product(dot(er, p), log);
             for i in 0..3 {
@@ -177,27 +158,11 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
 
         let faces = &self.facets.faces;
         for block in 0..faces[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
-            let a = [
-                Lanes::load(simd, &faces[0], block) - x[0],
-                Lanes::load(simd, &faces[1], block) - x[1],
-                Lanes::load(simd, &faces[2], block) - x[2],
-            ];
-            let b = [
-                Lanes::load(simd, &faces[3], block) - x[0],
-                Lanes::load(simd, &faces[4], block) - x[1],
-                Lanes::load(simd, &faces[5], block) - x[2],
-            ];
-            let d = [
-                Lanes::load(simd, &faces[6], block) - x[0],
-                Lanes::load(simd, &faces[7], block) - x[1],
-                Lanes::load(simd, &faces[8], block) - x[2],
-            ];
+            let a = minus(load_vector(simd, &faces[0..], block), x);
+            let b = minus(load_vector(simd, &faces[3..], block), x);
+            let d = minus(load_vector(simd, &faces[6..], block), x);
             let (p, q, r) = (dot(a, a).sqrt(), dot(b, b).sqrt(), dot(d, d).sqrt());
-            let n = [
-                Lanes::load(simd, &faces[9], block),
-                Lanes::load(simd, &faces[10], block),
-                Lanes::load(simd, &faces[11], block),
-            ];
+            let n = load_vector(simd, &faces[9..], block);
             let height = dot(n, a);
             let under = (p * q).mul_add(r, p.mul_add(dot(b, d), q.mul_add(dot(d, a), r * dot(a, b))));
             let half = angle(height * Lanes::load(simd, &faces[12], block), under);

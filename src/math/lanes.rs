@@ -257,6 +257,28 @@ pub fn splat_vector<S: Simd>(simd: S, v: &Vec3) -> [Lanes<S>; 3] {
     [Lanes::splat(simd, v.x), Lanes::splat(simd, v.y), Lanes::splat(simd, v.z)]
 }
 
+/// The vectors of a block of three lists of coordinates.
+#[inline(always)]
+pub fn load_vector<S: Simd>(simd: S, lists: &[Vec<f64>], block: usize) -> [Lanes<S>; 3] {
+    [
+        Lanes::load(simd, &lists[0], block),
+        Lanes::load(simd, &lists[1], block),
+        Lanes::load(simd, &lists[2], block),
+    ]
+}
+
+/// Difference.
+#[inline(always)]
+pub fn minus<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Vector product.
+#[inline(always)]
+pub fn cross<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
 /// Scalar product.
 #[inline(always)]
 pub fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {

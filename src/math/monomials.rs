@@ -63,3 +63,11 @@ impl Row {
 pub fn rows(degree: usize) -> impl Iterator<Item = Row> {
     (0..=degree).map(move |rest| Row { power: degree - rest, rest, start: rest * (rest + 1) / 2 })
 }
+
+/// Adds a multiple of a polynomial of a degree.
+#[inline]
+pub fn add(sum: &mut [f64], term: &[f64], degree: usize, factor: f64) {
+    for (s, t) in sum.iter_mut().zip(term).take(count(degree)) {
+        *s += factor * t;
+    }
+}

@@ -10,7 +10,7 @@
 
 use super::derivatives::Derivatives;
 use super::{Interaction, Method, Pose};
-use crate::math::monomials::{count, exponents, offset, position};
+use crate::math::monomials::{add, count, exponents, offset, position, rows};
 use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
 use crate::shape::Shape;
@@ -179,19 +179,15 @@ impl Polynomials {
     }
 }
 
-fn add(sum: &mut [f64], term: &[f64], degree: usize, factor: f64) {
-    for (s, t) in sum.iter_mut().zip(term).take(count(degree)) {
-        *s += factor * t;
-    }
-}
-
 /// A polynomial times a linear form.
 fn times_form(p: &[f64; MONOMIALS], degree: usize, form: &Vec3) -> [f64; MONOMIALS] {
     let mut out = [0.0; MONOMIALS];
-    for (c, (i, j)) in p.iter().zip(exponents(degree)) {
-        out[position(degree + 1, i + 1, j)] += c * form.x;
-        out[position(degree + 1, i, j + 1)] += c * form.y;
-        out[position(degree + 1, i, j)] += c * form.z;
+    for row in rows(degree) {
+        for k in row.monomials() {
+            for (axis, raised) in row.times_one(k).into_iter().enumerate() {
+                out[raised] += p[k] * form[axis];
+            }
+        }
     }
     out
 }

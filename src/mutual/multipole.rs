@@ -12,7 +12,7 @@
 use super::derivatives::Derivatives;
 use super::expansion::Expansion;
 use super::{Interaction, Method, Pose};
-use crate::math::monomials::{count, offset, rows};
+use crate::math::monomials::{add, count, offset, rows};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 
@@ -188,18 +188,6 @@ const ALPHA: [f64; Method::BEYOND / 2 + 1] = {
     }
     alpha
 };
-
-#[inline]
-fn add<const MONOMIALS: usize>(
-    sum: &mut [f64; MONOMIALS],
-    term: &[f64; MONOMIALS],
-    degree: usize,
-    factor: f64,
-) {
-    for k in 0..count(degree) {
-        sum[k] += factor * term[k];
-    }
-}
 
 /// k^T S k in the order of [`rows`]; polynomials in k are homogeneous, of a degree known from the context.
 fn quadratic_form(s: &Mat3) -> [f64; 6] {

@@ -17,7 +17,7 @@
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Total, dot, total_vector};
+use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -65,13 +65,77 @@ fn surface_point<S: Simd>(
 ) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
     let c = |value| unit[0].constant(value);
     let y = [unit[0] * c(semi_axes[0]), unit[1] * c(semi_axes[1]), unit[2] * c(semi_axes[2])];
+    let x = place(y, roles);
+    (y, x)
+}
+
+/// A point y of the body from the field body's centre, in the canonical frame of that one.
+#[inline(always)]
+pub(super) fn place<S: Simd>(y: [Lanes<S>; 3], roles: &Roles) -> [Lanes<S>; 3] {
+    let c = |value| y[0].constant(value);
     let mut x = [c(roles.origin.x), c(roles.origin.y), c(roles.origin.z)];
     for i in 0..3 {
         for k in 0..3 {
             x[i] = y[k].mul_add(c(roles.turn[(i, k)]), x[i]);
         }
     }
-    (y, x)
+    x
+}
+
+/// n . g with n in the surface's frame, turned into the field's; g_i = -x_i R_i.
+#[inline(always)]
+pub(super) fn flux<S: Simd>(
+    n: [Lanes<S>; 3],
+    x: [Lanes<S>; 3],
+    rd: [Lanes<S>; 3],
+    roles: &Roles,
+) -> Lanes<S> {
+    let c = |value| n[0].constant(value);
+    let mut flux = c(0.0);
+    for i in 0..3 {
+        let row = [c(roles.turn[(i, 0)]), c(roles.turn[(i, 1)]), c(roles.turn[(i, 2)])];
+        flux = (dot(n, row) * x[i]).mul_add(-rd[i], flux);
+    }
+    flux
+}
+
+/// The monopole's potential 1/|x| beyond its linear part about the centre x_0, without cancellation.
+#[derive(Clone, Copy)]
+pub(super) struct BeyondLinear<S: Simd> {
+    inverse_centre: Lanes<S>,
+    inverse_square: Lanes<S>,
+    half_inverse_centre: Lanes<S>,
+    /// 2 x_0 in the frame of y.
+    twice_origin: [Lanes<S>; 3],
+}
+
+impl<S: Simd> BeyondLinear<S> {
+    #[inline(always)]
+    pub fn new(simd: S, roles: &Roles) -> Self {
+        let splat = |v| Lanes::splat(simd, v);
+        let inverse_centre = splat(1.0 / roles.origin.norm());
+        Self {
+            inverse_centre,
+            inverse_square: inverse_centre * inverse_centre,
+            half_inverse_centre: splat(0.5) * inverse_centre,
+            twice_origin: splat_vector(simd, &(roles.turn.transpose() * roles.origin * 2.0)),
+        }
+    }
+
+    /// At a point y of the body, x from the field body's centre. With s = |x|/|x_0| and s^2 - 1 = y . (y + 2 x_0)/|x_0|^2 it is
+    /// ((s - 1)^2 (s + 2)/s - y^2/|x_0|^2) / (2 |x_0|).
+    #[inline(always)]
+    pub fn at(self, y: [Lanes<S>; 3], x: [Lanes<S>; 3]) -> Lanes<S> {
+        let c = |value| y[0].constant(value);
+        let mut gain = c(0.0);
+        for i in 0..3 {
+            gain = y[i].mul_add(y[i] + self.twice_origin[i], gain);
+        }
+        let s = dot(x, x).sqrt() * self.inverse_centre;
+        let beyond = gain * self.inverse_square / (s + c(1.0));
+        let monopole = beyond * beyond * (s + c(2.0)) / s - dot(y, y) * self.inverse_square;
+        monopole * self.half_inverse_centre
+    }
 }
 
 struct MomentSum<'a, K> {
@@ -96,13 +160,8 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
         let [u, v, w] = &self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let splat = |v| Lanes::splat(simd, v);
-        let origin = self.roles.origin;
-        let inverse_centre = splat(1.0 / origin.norm());
-        let inverse_square = inverse_centre * inverse_centre;
-        let half_inverse_centre = splat(0.5) * inverse_centre;
-        let twice_origin = self.roles.turn.transpose() * origin * 2.0;
-        let at_centre = [splat(origin.x), splat(origin.y), splat(origin.z)];
+        let beyond_linear = BeyondLinear::new(simd, self.roles);
+        let at_centre = splat_vector(simd, &self.roles.origin);
         let (excess_at_centre, _) = self.kernel.excess_potential(at_centre);
         let zero = Total::zero(simd);
         let (mut first, mut second) = ([[zero; 3]; 2], [[zero; 3]; 2]);
@@ -110,16 +169,7 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
             let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
             let (excess, _) = self.kernel.excess_potential(x);
-            // With s = |x|/|x_0| and s^2 - 1 = y . (y + 2 x_0)/|x_0|^2, the monopole beyond its linear part is
-            // ((s - 1)^2 (s + 2)/s - y^2/|x_0|^2) / (2 |x_0|).
-            let mut gain = splat(0.0);
-            for i in 0..3 {
-                gain = y[i].mul_add(y[i] + splat(twice_origin[i]), gain);
-            }
-            let s = dot(x, x).sqrt() * inverse_centre;
-            let beyond = gain * inverse_square / (s + splat(1.0));
-            let monopole = beyond * beyond * (s + splat(2.0)) / s - dot(y, y) * inverse_square;
-            let monopole = monopole * half_inverse_centre;
+            let monopole = beyond_linear.at(y, x);
             let parts = [weight * monopole, weight * (excess - excess_at_centre)];
             for i in 0..3 {
                 let product = unit[(i + 1) % 3] * unit[(i + 2) % 3];
@@ -152,7 +202,6 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, &self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
-        let turn = &self.roles.turn;
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             let unit = [u, v, w];
@@ -160,17 +209,10 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
             let (excess, rd) = self.kernel.excess_potential(x);
             let distance = dot(x, x).sqrt();
             let phi = splat(1.0) / distance + excess;
-            // n . g with n = u_i / a_i in the surface's frame, turned into the field's; g_i = -x_i R_i.
+            // n = u_i / a_i.
             let [a, b, c] = self.semi_axes;
             let normal = [unit[0] * splat(1.0 / a), unit[1] * splat(1.0 / b), unit[2] * splat(1.0 / c)];
-            let mut flux = splat(0.0);
-            for i in 0..3 {
-                let n = normal[0].mul_add(
-                    splat(turn[(i, 0)]),
-                    normal[1].mul_add(splat(turn[(i, 1)]), normal[2] * splat(turn[(i, 2)])),
-                );
-                flux = (n * x[i]).mul_add(-rd[i], flux);
-            }
+            let flux = flux(normal, x, rd, self.roles);
             let y2 = dot(y, y);
             sum.add_product(weight, phi - splat(0.5) * y2 * flux);
         }
