@@ -8,11 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from fullbody.base.atomic import replacing
 from fullbody.commands.kw4.numbers import write_numbers
 from fullbody.errors import FullbodyError
 
-__all__ = ["Study", "command", "publish", "table"]
+__all__ = ["Study", "command", "listed", "percent", "publish", "table"]
 
 #: What writes a study into a folder: a draft or all of it, with a bar or without one. Gives the report's path.
 Study = Callable[[Path, bool, bool], Path]
@@ -54,3 +55,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def listed(items: Mapping[str, Any]) -> str:
+    """A list in Markdown of what is told by name."""
+    return "\n".join(f"- **{name}**: {value}." for name, value in items.items())
+
+
+def percent(share: float) -> str:
+    """A share with its sign; a dash for none."""
+    return "-" if np.isnan(share) else f"{100 * share:.1f} %"

@@ -9,7 +9,7 @@ import fullbody
 import numpy as np
 from fullbody import Component, Run, State, System, Verner98, binary, ensembles
 
-from ..publishing import publish, table
+from ..publishing import listed, percent, publish, table
 from . import figures, paper, theory
 
 if TYPE_CHECKING:
@@ -122,18 +122,14 @@ def _text(numbers: dict[str, Any]) -> str:
             beta,
             name,
             str(shapes["shapes"]),
-            _percent(shapes["unstable"]),
-            _percent(shapes["rolls_over"]),
+            percent(shapes["unstable"]),
+            percent(shapes["rolls_over"]),
             "-" if np.isnan(shapes["roll_median"]) else f"{shapes['roll_median']:.1f}",
         ]
         for beta, one in numbers["counts"].items()
         for name, shapes in one["near"].items()
     ]
     head = ["beta", "near", "shapes", "unstable", "rolls over", "largest roll, median, degrees"]
-    listed = {
-        name: "\n".join(f"- **{key}**: {value}." for key, value in numbers[name].items())
-        for name in ("stated", "assumed")
-    }
     days = ", ".join(f"{_days(one['unstable_day_median'])} (beta {beta})" for beta, one in numbers["counts"].items())
     drift = max(one["largest_drift"] for one in numbers["counts"].values())
     return f"""# The attitude of Dimorphos: {numbers["paper"]}
@@ -161,16 +157,12 @@ x the squares of precession (the larger one) and nutation.
 
 ## Stated
 
-{listed["stated"]}
+{listed(numbers["stated"])}
 
 ## Assumed
 
-{listed["assumed"]}
+{listed(numbers["assumed"])}
 """
-
-
-def _percent(share: float) -> str:
-    return "-" if np.isnan(share) else f"{100 * share:.1f} %"
 
 
 def _days(time: float) -> str:

@@ -9,7 +9,7 @@ import fullbody
 import numpy as np
 from fullbody import Run, State, System, Verner98, ensembles, events
 
-from ..publishing import publish, table
+from ..publishing import listed, percent, publish, table
 from . import figures, paper
 from .starts import CASES, fission, spin_limit
 
@@ -118,12 +118,12 @@ def verdicts(told: dict[str, Any]) -> list[dict[str, str]]:
     for excess, part in told.items():
         where = "at the limit" if float(excess) == 0.0 else f"{100 * float(excess):g} per cent above it"
         whole = part["all"]
-        early = f"{_percent(whole['fission_within_5_hours'])} of {_percent(whole['fission'])} of the runs"
-        rows = [("impacts", "more than 80 %", _percent(whole["impact"]), whole["impact"] > 0.8)]
+        early = f"{percent(whole['fission_within_5_hours'])} of {percent(whole['fission'])} of the runs"
+        rows = [("impacts", "more than 80 %", percent(whole["impact"]), whole["impact"] > 0.8)]
         for quantity, name in (("impact", "impacts"), ("fission", "secondary fission")):
             for cases, by in ((("A1", "A2", "A3"), "less dense"), (("B3", "B2", "B1"), "more elongated")):
                 shares = [part[case][quantity] for case in cases]
-                text = ", ".join(f"{case} {_percent(value)}" for case, value in zip(cases, shares, strict=True))
+                text = ", ".join(f"{case} {percent(value)}" for case, value in zip(cases, shares, strict=True))
                 more = shares[0] > shares[1] > shares[2] if any(shares) else None
                 rows.append((f"{name}, {by}", "more common", text, more))
         within = whole["fission_within_5_hours"]
@@ -132,10 +132,6 @@ def verdicts(told: dict[str, Any]) -> list[dict[str, str]]:
         names = ("what", "stated", "ours")
         found += [{"where": where, **dict(zip(names, row, strict=False)), "verdict": words[row[3]]} for row in rows]
     return found
-
-
-def _percent(share: float) -> str:
-    return "-" if np.isnan(share) else f"{100 * share:.1f} %"
 
 
 def _hours(time: float) -> str:
@@ -149,19 +145,15 @@ def _text(numbers: dict[str, Any]) -> str:
         [
             excess,
             case,
-            *(_percent(one[name]) for name in shares),
+            *(percent(one[name]) for name in shares),
             _hours(one["impact_hours_median"]),
-            _percent(one["fission"]),
+            percent(one["fission"]),
             _hours(one["fission_hours_median"]),
         ]
         for excess, part in numbers["counts"].items()
         for case, one in part.items()
     ]
     head = ["excess", "case", "impact", "after parting", "escape", "bound", "impact, median h"]
-    listed = {
-        name: "\n".join(f"- **{key}**: {value}." for key, value in numbers[name].items())
-        for name in ("stated", "assumed")
-    }
     return f"""# Rotational fission: {numbers["paper"]}
 
 {numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract could be \
@@ -183,9 +175,9 @@ that the tilt alone closes the gap of 1 cm, mostly within a minute: these bodies
 
 ## Stated
 
-{listed["stated"]}
+{listed(numbers["stated"])}
 
 ## Assumed
 
-{listed["assumed"]}
+{listed(numbers["assumed"])}
 """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import inspect
 import operator
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
-from .units import Units, gathered, is_quantity, numbers, refuse_masked, strip_to
+from .units import Units, close_to, gathered, is_quantity, numbers, refuse_masked, strip_to
 
 _T = TypeVar("_T")
 
@@ -194,7 +193,7 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
     """A sentence for a name that is not known: the known one that it may mean, and the list of all."""
     known = list(known)
-    close = _synonyms(name, known) or difflib.get_close_matches(name, known, 1)
+    close = _synonyms(name, known) or close_to(name, known)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
 
 

@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -321,12 +320,20 @@ def units_of(mu: Any) -> Units | None:
     return getattr(mu, "_units_of_system", None)
 
 
+def close_to(name: str, known: Sequence[str]) -> list[str]:
+    """The known name that is most like this one, if any is."""
+    # Most sessions name nothing wrongly.
+    import difflib
+
+    return difflib.get_close_matches(name, known, 1)
+
+
 def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
     """A unit, or an error that names the text that is not one."""
     try:
         return make(name)
     except (TypeError, ValueError, OverflowError) as error:
-        close = difflib.get_close_matches(str(name), known, 1)
+        close = close_to(str(name), known)
         meant = f"did you mean {close[0]!r}? " if close else ""
         raise InvalidInput(
             f"units has {name!r}, which is no unit; {meant}expected (length, time, mass), such as {USUAL}"

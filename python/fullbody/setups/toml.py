@@ -59,7 +59,6 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
 from __future__ import annotations
 
 import inspect
-import tomllib
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -202,6 +201,8 @@ def _content(path: Path) -> dict[str, Any]:
     if path.is_dir():
         raise InvalidInput(f"{path}: is a folder; expected a file of TOML")
     written = content(path)
+    import tomllib
+
     try:
         # With or without the byte order mark that some editors write.
         return tomllib.loads(written.decode("utf-8-sig"))

@@ -69,7 +69,7 @@ def test_little_is_imported():
         "import sys, json, numpy; before = set(sys.modules); import fullbody; "
         "print(json.dumps(len(set(sys.modules) - before)))"
     )
-    assert python(code) < 135
+    assert python(code) < 120
 
 
 def test_version_is_the_packages():
