@@ -42,12 +42,29 @@ pub struct PointField<S: Simd> {
     pub rd: [Lanes<S>; 3],
     /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
     pub rd_difference: [Lanes<S>; 3],
+    /// s_i = a_i^2 + kappa.
+    pub squares: [Lanes<S>; 3],
+}
+
+impl<S: Simd> PointField<S> {
+    /// n and f of the gradient at a point outside, dg_i/dx_j = f n_i n_j - R_i delta_ij: with S = sum x_k^2/s_k^2 they are
+    /// n_i = x_i/s_i, normal to the confocal ellipsoid through the point, and f = 3/(sqrt(s_1 s_2 s_3) S).
+    #[inline(always)]
+    pub fn bend(&self, x: [Lanes<S>; 3]) -> ([Lanes<S>; 3], Lanes<S>) {
+        let [s1, s2, s3] = self.squares;
+        let one = s1.constant(1.0);
+        let n = [x[0] * (one / s1), x[1] * (one / s2), x[2] * (one / s3)];
+        (n, s1.constant(3.0) / ((s1 * s2 * s3).sqrt() * dot(n, n)))
+    }
 }
 
 /// Potential and field of a body of unit GM at as many points as the machine has lanes.
 pub trait FieldKernel: Copy {
     /// The field at points of the canonical frame.
     fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S>;
+
+    /// `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
+    fn square_differences(&self) -> [f64; 3];
 
     /// Phi - 1/r, and R_i as in [`PointField::rd`].
     fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]);

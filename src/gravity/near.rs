@@ -90,8 +90,13 @@ pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
 impl FieldKernel for Near {
     #[inline(always)]
     fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
-        let (_, rd) = self.rd([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
-        PointField { rd, rd_difference: [rd[2] - rd[1], rd[0] - rd[2], rd[1] - rd[0]] }
+        let (squares, rd) = self.rd([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
+        PointField { rd, rd_difference: [rd[2] - rd[1], rd[0] - rd[2], rd[1] - rd[0]], squares }
+    }
+
+    fn square_differences(&self) -> [f64; 3] {
+        let [a2, b2, c2] = self.squares;
+        [c2 - b2, a2 - c2, b2 - a2]
     }
 
     #[inline(always)]

@@ -223,7 +223,11 @@ impl Pair {
     }
 
     fn order(&self, integrated: usize, degree: usize) -> Order {
-        match self.carriers[integrated] {
+        self.order_for(self.carriers[integrated], degree)
+    }
+
+    pub(super) fn order_for(&self, carrier: Carrier, degree: usize) -> Order {
+        match carrier {
             Carrier::Pressures => Order::surface(degree),
             // The density is of degree 2, the field's moments are by one higher than the potential's.
             Carrier::Surface(_) => Order::surface(degree + 3),
