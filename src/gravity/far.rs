@@ -97,6 +97,13 @@ impl FarSeries {
         (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
     }
 
+    /// From which kappa on so many terms meet a relative tolerance; it may be below zero.
+    pub fn kappa_from(&self, terms: u32, tolerance: f64) -> f64 {
+        let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // A little less than the ratio at which one term more is needed.
+        deviation / (tolerance.powf(1.0 / f64::from(terms)) * (1.0 - 1e-9)) - self.mean
+    }
+
     /// The kernel with that much of the series.
     #[inline]
     pub fn cut(&self, cut: FarCut) -> Far<'_> {
@@ -226,7 +233,7 @@ impl FieldKernel for Far<'_> {
 
     /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>) {
         let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let (eta, inverse) = self.root(squares);
         let c = |value| eta.constant(value);
@@ -245,6 +252,8 @@ impl FieldKernel for Far<'_> {
         let cube = u * u.sqrt();
         let rd =
             [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
-        (excess * inverse.sqrt(), rd)
+        let (second, third) = (cube * u * second, cube * u * third);
+        let rd_difference = [third - second, -third, second];
+        (excess * inverse.sqrt(), PointField { rd, rd_difference, squares: self.squares(u) })
     }
 }
