@@ -1,6 +1,6 @@
 //! The forces of a system as terms of a sum, and their books.
 
-use super::{Force, Load, Scene, Switch, function, radiation, third_body, tide};
+use super::{Force, Load, LoadSlopes, Scene, Switch, function, radiation, third_body, tide};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
@@ -138,6 +138,20 @@ impl Environment {
                 Law::Yorp(turn) => turn.load(&self.scene, loads),
                 Law::Byorp(push) => push.load(&self.scene, loads),
                 Law::Function(called) => called.load(name, &self.scene, loads)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the derivatives of the loads that [`Self::load`] has computed last. Allocates nothing.
+    pub fn slopes(&mut self, slopes: &mut LoadSlopes) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
+            match law {
+                Law::Tide(tide) => tide.slopes(&self.scene, slopes),
+                _ => {
+                    let expected = "forces without derivatives left out of the system";
+                    return Err(Error::invalid("derivatives", format!("of the force {name}"), expected));
+                }
             }
         }
         Ok(())
