@@ -147,10 +147,13 @@ impl Environment {
     pub fn slopes(&mut self, slopes: &mut LoadSlopes) -> Result<()> {
         for Term { name, law } in &mut self.terms {
             match law {
+                Law::ThirdBody(pull) => pull.slopes(name, &self.scene, slopes)?,
                 Law::Tide(tide) => tide.slopes(&self.scene, slopes),
-                _ => {
-                    let expected = "forces without derivatives left out of the system";
-                    return Err(Error::invalid("derivatives", format!("of the force {name}"), expected));
+                Law::Yorp(turn) => turn.slopes(name, &self.scene, slopes)?,
+                Law::Byorp(push) => push.slopes(&self.scene, slopes),
+                Law::Function(_) => {
+                    let expected = "a system without it: a function does not tell its derivatives";
+                    return Err(Error::invalid("derivatives", format!("of the function {name}"), expected));
                 }
             }
         }

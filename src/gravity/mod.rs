@@ -32,6 +32,7 @@ pub use layer::Layer;
 pub use layer_pull::LayerPull;
 pub use near::{Near, kappa};
 pub use polyhedral::{Facets, PolyhedralField};
+pub(crate) use pull::slopes_of_point;
 pub use pull::{BodyPull, ExtendedPull};
 
 use crate::math::lanes::{Lanes, dot};
@@ -64,6 +65,29 @@ impl<S: Simd> PointField<S> {
     pub fn gradient(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 6] {
         let (n, f) = self.bend(x);
         bent(n, f, self.rd)
+    }
+}
+
+impl<S: Simd> PointField<S> {
+    /// The rows of the derivative of -x cross g, with n and f of [`Self::bend`] and [`FieldKernel::square_differences`]: with Q_i the
+    /// differences of the R_i, -(x cross g)_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f (a_3^2 - a_2^2) n_j / (s_2 s_3), free of cancellation
+    /// from any distance.
+    #[inline(always)]
+    pub fn turning(
+        &self,
+        x: [Lanes<S>; 3],
+        (n, f): ([Lanes<S>; 3], Lanes<S>),
+        differences: [f64; 3],
+    ) -> [[Lanes<S>; 3]; 3] {
+        let mut rows = [x; 3];
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let common = f * n[j] * n[k] * f.constant(differences[i]);
+            rows[i] = [common * n[0], common * n[1], common * n[2]];
+            rows[i][j] = rows[i][j] + x[k] * self.rd_difference[i];
+            rows[i][k] = rows[i][k] + x[j] * self.rd_difference[i];
+        }
+        rows
     }
 }
 
