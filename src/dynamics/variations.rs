@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::patience::Patience;
+use crate::shape::Body;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// Numbers of a column that are multiplied at a time.
@@ -145,6 +146,7 @@ impl Variations {
         if self.free {
             dynamics.add_outside(time, y, &mut self.slopes, &mut self.torque)?;
         }
+        self.force_by_inertia(dynamics.system.bodies());
         let (mut by_place, mut by_motion) =
             (std::mem::take(&mut self.by_place), std::mem::take(&mut self.by_motion));
         self.reduce(&self.slopes.by_place, &mut by_place);
@@ -153,6 +155,19 @@ impl Variations {
         }
         (self.by_place, self.by_motion) = (by_place, by_motion);
         Ok(())
+    }
+
+    /// What a semi-axis does to a body's own moments in Euler's equations.
+    fn force_by_inertia(&mut self, bodies: &[Body]) {
+        for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
+            for (place, body) in bodies.iter().enumerate() {
+                let Some(slope) = parameter.of_inertia(body, place) else { continue };
+                let (inertia, spin) = (&self.inertia[place], &self.spin[place]);
+                let rate = over(&(self.torque[place] - spin.cross(&inertia.component_mul(spin))), inertia);
+                let turning = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
+                forcing[place][1] -= over(&turning, inertia);
+            }
+        }
     }
 
     /// From derivatives of loads to those of rates in relative coordinates.

@@ -103,6 +103,10 @@ pub trait FieldKernel: Copy {
     /// The field at points of the canonical frame.
     fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S>;
 
+    /// The field, and `[R_23, R_31, R_12]` with (a_i^2 - a_j^2) R_ij = R_j - R_i, for equal axes too: the integrals
+    /// (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2)(t+a_j^2)) from kappa on.
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]);
+
     /// `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
     fn square_differences(&self) -> [f64; 3];
 
