@@ -7,6 +7,7 @@
 mod departure;
 mod equations;
 mod invariants;
+mod jacobian;
 mod layout;
 mod parameter;
 mod rejected;
@@ -20,6 +21,7 @@ mod vector;
 pub use departure::DEPARTURE;
 pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};
+pub use jacobian::SystemJacobian;
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use parameter::Parameter;
 pub use rejected::Rejected;
