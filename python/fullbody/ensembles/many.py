@@ -105,9 +105,7 @@ def integrate_many(
     True
     """
     threads = None if threads is None else thread_count(threads)
-    many = _Many(
-        members, until, output, integrator, watched(events), dense, differentiated(derivatives), chaos
-    )
+    many = _Many(members, until, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
     try:
         with Tally(progress, many.total) as report:
             counted = report and (lambda done, under_way: report(done + many.refused, under_way))

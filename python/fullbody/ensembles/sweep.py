@@ -162,7 +162,20 @@ def sweep(
     check_for_all(integrator, output, None if isinstance(until, str) and until in rows.columns else until)
     names = differentiated(derivatives)
     wanted = False if names is None else tuple(names) or True
-    job = Job(setup, measure, until, output, integrator, tuple(watched(events)), bool(dense), wanted, bool(chaos), width, seed, rng)
+    job = Job(
+        setup,
+        measure,
+        until,
+        output,
+        integrator,
+        tuple(watched(events)),
+        bool(dense),
+        wanted,
+        bool(chaos),
+        width,
+        seed,
+        rng,
+    )
     outcomes: dict[int, Outcome] = {}
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
     with ExitStack() as stack:

@@ -97,7 +97,7 @@ class Differentiated:
         are measured in the natural sizes of their numbers at the start: separation, orbital speed or the body's own,
         rad, and the spin.
         """
-        rate: Array = self.system._units.attach(self._chaos(1), "frequency")
+        rate: Array = self.system._units.attach(self._chaos(1), "rate")
         return rate
 
     @property
