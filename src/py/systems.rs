@@ -182,7 +182,7 @@ impl PySystem {
         Ok((force, torque, result.potential_energy, result.left_out))
     }
 
-    /// Rates (12N,), derivatives of loads (6N, 6N), of rates (12N, 12N), and of these with parameters (P, 12N).
+    /// Derivatives of loads (6N, 6N), of rates (12N, 12N), of these with parameters (P, 12N), and the rates (12N,) themselves.
     fn jacobian<'py>(
         &self,
         py: Python<'py>,
@@ -194,10 +194,10 @@ impl PySystem {
         let jacobian = listening(py, |patience| self.inner.jacobian(&state.inner, &named, patience))?;
         let n = self.inner.bodies().len();
         Ok((
-            array(py, jacobian.flow, &[DEPARTURE * n])?,
             array(py, jacobian.loads, &[6 * n, 6 * n])?,
             array(py, jacobian.rates, &[DEPARTURE * n, DEPARTURE * n])?,
             array(py, jacobian.by_parameters, &[named.len(), DEPARTURE * n])?,
+            array(py, jacobian.flow, &[DEPARTURE * n])?,
         ))
     }
 

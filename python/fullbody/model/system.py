@@ -410,7 +410,7 @@ class BaseSystem(Tabled):
         core = self._strip(state)
         names = names_of(parameters, "parameters")
         with self._explaining(lambda: core):
-            flow, loads, rates, forcing = self._core.jacobian(core, names)
+            loads, rates, forcing, flow = self._core.jacobian(core, names)
         n = len(self)
         blocks = loads.reshape(n, 2, 3, n, 2, 3)
         attach = self._units.attach

@@ -125,7 +125,7 @@ class Differentiated:
         happened = self.events[-1]
         core = self.system._strip(happened.state)
         slopes, by_time = self.system._core.event_slopes(happened.event._condition(self.system), core)
-        flow = self.system._core.jacobian(core, [])[0]
+        flow = self.system._core.jacobian(core, [])[3]
         rate = slopes @ flow + by_time
         if rate == 0.0:
             raise InvalidInput(f"the function of {happened.event!r} does not change along the run; expected one that does")
