@@ -86,7 +86,7 @@ impl FarSeries {
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
         // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
         let newton = match ratio {
-            r if r < 0.015 => 1,
+            r if r < 0.022 => 1,
             r if r < 0.08 => 2,
             r if r < 0.17 => 3,
             _ => 4,
