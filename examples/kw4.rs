@@ -27,17 +27,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         vec![Vec3::new(0.0, 0.0, 2.27), Vec3::new(0.0, 0.0, orbit.mean_motion(mu)?)],
     )?;
 
-    let mut simulation = Simulation::new(&system, &state, Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?))?;
+    let mut simulation =
+        Simulation::new(&system, &state, Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?))?;
     let mut run = Trajectory::new(2);
     simulation.integrate(hours, &Output::Spacing(24.0), &mut run, &mut |_| ControlFlow::Continue(()))?;
 
     println!("{:>8} {:>10} {:>10}", "hours", "a [km]", "e");
     for (sample, time) in run.time.iter().enumerate() {
         let relative = |values: &[f64]| {
-            let [first, second] = [0, 1].map(|body| Vec3::from_column_slice(&values[6 * sample + 3 * body..][..3]));
+            let [first, second] =
+                [0, 1].map(|body| Vec3::from_column_slice(&values[6 * sample + 3 * body..][..3]));
             second - first
         };
-        let osculating = KeplerElements::from_cartesian(&relative(&run.position), &relative(&run.velocity), mu)?;
+        let osculating =
+            KeplerElements::from_cartesian(&relative(&run.position), &relative(&run.velocity), mu)?;
         println!("{time:8.1} {:10.6} {:10.6}", osculating.semi_major_axis, osculating.eccentricity);
     }
     let energy = |sample: usize| run.energy[4 * sample];

@@ -34,7 +34,9 @@ class Environment:
         venv.create(folder, with_pip=True)
         self.folder = folder
         self.bin = folder / ("Scripts" if os.name == "nt" else "bin")
-        self.variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+        self.variables = {
+            name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")
+        }
         self.variables["PATH"] = os.pathsep.join([str(self.bin), path])
 
     def run(self, *command: str, **variables: str) -> None:
