@@ -24,38 +24,40 @@ pub enum VectorPath {
     Avx2,
     /// AVX-512, eight lanes.
     Avx512,
+    /// NEON of 64-bit ARM, two lanes.
+    Neon,
 }
 
 impl Named for VectorPath {
     const WHAT: &'static str = "vector_path";
-    const NAMES: &'static [(&'static str, Self)] =
-        &[("auto", Self::Auto), ("portable", Self::Portable), ("avx2", Self::Avx2), ("avx512", Self::Avx512)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("auto", Self::Auto),
+        ("portable", Self::Portable),
+        ("avx2", Self::Avx2),
+        ("avx512", Self::Avx512),
+        ("neon", Self::Neon),
+    ];
 }
 
 impl VectorPath {
     /// Every path that this machine can run, the portable one first.
     pub fn available() -> Vec<Self> {
-        [Self::Portable, Self::Avx2, Self::Avx512].into_iter().filter(|p| p.arch().is_some()).collect()
+        let paths = Self::NAMES.iter().map(|&(_, path)| path).filter(|&path| path != Self::Auto);
+        paths.filter(|path| path.arch().is_some()).collect()
     }
 
     /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(target_arch = "x86_64")]
     pub fn arch(self) -> Option<Arch> {
         match self {
             Self::Auto => Some(Arch::new()),
             Self::Portable => Some(Arch::Scalar),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx2 => pulp::x86::V3::try_new().map(Arch::V3),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
-        }
-    }
-
-    /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(not(target_arch = "x86_64"))]
-    pub fn arch(self) -> Option<Arch> {
-        match self {
-            Self::Auto => Some(Arch::new()),
-            Self::Portable => Some(Arch::Scalar),
-            Self::Avx2 | Self::Avx512 => None,
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            _ => None,
         }
     }
 }
