@@ -229,12 +229,11 @@ class RunVerbs(BaseRun):
     def to_ck(self, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path]:
         """Write how the bodies are turned as a CK kernel of SPICE, with its clock and frames.
 
-        The system has to have what :meth:`to_spk` needs.
-        The three files belong together. The CK turns frames along the bodies' principal axes, such as
-        ``ALPHA_FIXED`` for Alpha, from the axes of the ICRF (SPICE's J2000). Segments are of type 5. Of a run with ``dense=True``
-        the nodes are so close that angles between them are right to 1e-12 rad, and to what the body turns in the last
-        digit of the run's time. Else the nodes are the samples. A body's frame has the body's number with the other
-        sign, or a thousand times a number below zero.
+        The system has to have what :meth:`to_spk` needs. The three files belong together. The CK turns frames along the
+        bodies' principal axes, such as ``ALPHA_FIXED`` for Alpha, from the axes of the ICRF (SPICE's J2000). Segments
+        are of type 5. Of a run with ``dense=True`` the nodes are so close that angles between them are right to 1e-12
+        rad, and to what the body turns in the last digit of the run's time. Else the nodes are the samples. A body's
+        frame has the body's number with the other sign, or a thousand times a number below zero.
 
         Parameters
         ----------
