@@ -275,12 +275,13 @@ class SymplecticSplitting(Integrator):
     ) -> SymplecticSplitting:
         """The splitting with the longest step that keeps the energy's error below a bound, by short trial runs.
 
-        Steps from an eighth of the shortest orbit downwards, each 0.84 times the last one or less where the error is far
-        too large, are tried for 64 such orbits. The first is taken that keeps the energy below the bound, in the second
-        half as in the first, and within twice the bound in steps that are 2 per cent shorter and longer. Left out are
-        steps near the resonances of a triaxial body, in which it turns past another one by a half turn or by a multiple
-        of that in one, two or three steps, to 3 per cent: Alpha of 1999 KW4 by 78 degrees in space, half of a half turn past
-        Beta. The method's own error is periodic; rounding and chaos are not in the trials.
+        Steps from an eighth of the shortest orbit downwards, each 0.84 times the last one, or less where the error is
+        far too large, are tried for 64 such orbits. The first is taken that keeps the energy below the bound, does not
+        let its error grow from the first half to the second, and has neighbours, 2 per cent shorter and longer, below
+        twice the bound. Left out are steps near the resonances of a triaxial body, in which it turns past another one
+        by half a turn, or a multiple of that, in one, two or three steps, to 3 per cent: Alpha of the paper's 1999 KW4
+        by 78 degrees in space, a quarter of a turn past Beta. The method's own error is periodic; rounding and chaos
+        are not in the trials.
 
         Parameters
         ----------
@@ -300,7 +301,8 @@ class SymplecticSplitting(Integrator):
         Raises
         ------
         NotConverged
-            Where no step does: bodies that come close to each other, or turn too fast. Says how far the error comes down.
+            Where no step does: bodies that come close to each other, or turn too fast. Says how far the error comes
+            down.
 
         Examples
         --------

@@ -22,7 +22,7 @@ _PERIODS = 64
 #: Steps that are tried have this ratio, from an eighth of that period down to a 4096th.
 _RATIO = 2.0**-0.25
 _LONGEST, _SHORTEST = 1 / 8, 1 / 4096
-#: A step must do also where it is longer or shorter by this share: a resonance that moves with the spin must not reach it.
+#: A step must also do where it is longer or shorter by this share: a resonance moves with the spin.
 _BESIDE = 0.02
 #: An error that is so much larger in a trial's second half than in its first one grows.
 _GROWTH = 3.0
@@ -71,8 +71,8 @@ def longest_step(
         ahead = math.log(found / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < found < math.inf else 1.0
         step *= _RATIO ** max(1, math.floor(ahead))
     raise NotConverged(
-        f"no step keeps the error of the energy below {energy_error:g} for {length:g}: the least is {best[0]:.1e} at a step "
-        f"of {best[1]:.3g}{reason}; take a larger energy_error, or Verner98"
+        f"no step keeps the error of the energy below {energy_error:g} for {length:g}: the least is {best[0]:.1e} at "
+        f"a step of {best[1]:.3g}{reason}; take a larger energy_error, or Verner98"
     )
 
 
