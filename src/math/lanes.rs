@@ -24,38 +24,40 @@ pub enum VectorPath {
     Avx2,
     /// AVX-512, eight lanes.
     Avx512,
+    /// NEON of 64-bit ARM, two lanes.
+    Neon,
 }
 
 impl Named for VectorPath {
     const WHAT: &'static str = "vector_path";
-    const NAMES: &'static [(&'static str, Self)] =
-        &[("auto", Self::Auto), ("portable", Self::Portable), ("avx2", Self::Avx2), ("avx512", Self::Avx512)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("auto", Self::Auto),
+        ("portable", Self::Portable),
+        ("avx2", Self::Avx2),
+        ("avx512", Self::Avx512),
+        ("neon", Self::Neon),
+    ];
 }
 
 impl VectorPath {
     /// Every path that this machine can run, the portable one first.
     pub fn available() -> Vec<Self> {
-        [Self::Portable, Self::Avx2, Self::Avx512].into_iter().filter(|p| p.arch().is_some()).collect()
+        let paths = Self::NAMES.iter().map(|&(_, path)| path).filter(|&path| path != Self::Auto);
+        paths.filter(|path| path.arch().is_some()).collect()
     }
 
     /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(target_arch = "x86_64")]
     pub fn arch(self) -> Option<Arch> {
         match self {
             Self::Auto => Some(Arch::new()),
             Self::Portable => Some(Arch::Scalar),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx2 => pulp::x86::V3::try_new().map(Arch::V3),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
-        }
-    }
-
-    /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(not(target_arch = "x86_64"))]
-    pub fn arch(self) -> Option<Arch> {
-        match self {
-            Self::Auto => Some(Arch::new()),
-            Self::Portable => Some(Arch::Scalar),
-            Self::Avx2 | Self::Avx512 => None,
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            _ => None,
         }
     }
 }
@@ -160,6 +162,12 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub fn reduce_max(self) -> f64 {
         self.simd.reduce_max_f64s(self.simd.max_f64s(self.raw[0], self.raw[1]))
+    }
+
+    /// Smallest lane.
+    #[inline(always)]
+    pub fn reduce_min(self) -> f64 {
+        self.simd.reduce_min_f64s(self.simd.min_f64s(self.raw[0], self.raw[1]))
     }
 
     /// The value of a block that has the same value in all lanes.
@@ -377,6 +385,88 @@ impl WithSimd for WeightedRows<'_> {
                 }
             }
             (*out, *tail) = (sum, rest);
+        }
+    }
+}
+
+/// A weighted sum of rows of the length of `out`, times a size, added to a start.
+pub struct Combination<'a> {
+    /// The terms of the sum; low parts are left out.
+    pub terms: &'a [Term],
+    /// Rows, one after the other.
+    pub rows: &'a [f64],
+    /// The factor of the sum.
+    pub size: f64,
+    /// What it is added to.
+    pub start: &'a [f64],
+    /// The result; a [`stride`] is its length.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Combination<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
+        let start = S::as_simd_f64s(self.start).0.as_chunks::<COLUMNS>().0;
+        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
+        let width = out.len();
+        for (column, (out, start)) in out.iter_mut().zip(start).enumerate() {
+            *out = *start;
+            for term in self.terms {
+                let weight = simd.splat_f64s(self.size * term.weight);
+                let values = &rows[term.row * width + column];
+                for k in 0..COLUMNS {
+                    out[k] = simd.mul_add_e_f64s(weight, values[k], out[k]);
+                }
+            }
+        }
+    }
+}
+
+/// Columns of q that are multiplied at a time.
+pub const DEPTH: usize = 9;
+
+/// The product of a matrix and many columns: `out` = `matrix` times `columns`, rows of `width` numbers one after the other.
+pub struct Product<'a> {
+    /// Rows of a length that is a multiple of [`DEPTH`], with zeros behind their numbers.
+    pub matrix: &'a [f64],
+    /// Length of those rows.
+    pub stride: usize,
+    /// As many rows as the matrix has columns, without those zeros.
+    pub columns: &'a [f64],
+    /// Length of these rows.
+    pub width: usize,
+    /// As many rows as the matrix has.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { matrix, stride, columns, width, out } = self;
+        let rows = columns.len() / width;
+        let zero = simd.splat_f64s(0.0);
+        for first in (0..width).step_by(S::F64_LANES) {
+            let last = (first + S::F64_LANES).min(width);
+            for block in (0..stride).step_by(DEPTH) {
+                let mut q = [zero; DEPTH];
+                for k in 0..DEPTH.min(rows - block) {
+                    q[k] = simd.partial_load_f64s(&columns[(block + k) * width..][first..last]);
+                }
+                for (weights, out) in matrix.chunks_exact(stride).zip(out.chunks_exact_mut(width)) {
+                    let out = &mut out[first..last];
+                    let mut sum = if block == 0 { zero } else { simd.partial_load_f64s(out) };
+                    let weights = &weights[block..block + DEPTH];
+                    for k in 0..DEPTH {
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[k]), q[k], sum);
+                    }
+                    simd.partial_store_f64s(out, sum);
+                }
+            }
         }
     }
 }

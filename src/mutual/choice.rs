@@ -231,8 +231,13 @@ impl Pair {
         Ok(self.difference(&self.asking(pose, patience)?, fine) <= 0.1 * self.tolerance)
     }
 
-    fn order(&self, integrated: usize, [degree, radial]: [usize; 2]) -> Order {
-        match self.carriers[integrated] {
+    fn order(&self, integrated: usize, degrees: [usize; 2]) -> Order {
+        self.order_for(self.carriers[integrated], degrees)
+    }
+
+    /// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
+    pub(super) fn order_for(&self, carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
+        match carrier {
             Carrier::Pressures => Order::surface(degree),
             // The density is of degree 2, the field's moments are by one higher than the potential's.
             Carrier::Surface(_) => Order::surface(degree + 3),

@@ -1,6 +1,6 @@
 //! A pair of parts with a method, evaluated with the rule in force.
 
-use super::rule::{Kernel, NodeStore, Rule};
+use super::rule::{GradientNodes, Kernel, NodeStore, Rule};
 use super::store::Carrier;
 use super::{
     Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
@@ -27,8 +27,10 @@ pub struct Pair {
     pub(super) bodies: [BodyGravity; 2],
     /// The points that stand for each body where that one is integrated over.
     pub(super) carriers: [Carrier; 2],
-    multipole: Option<Multipole>,
+    pub(super) multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
+    /// The nodes over which the field's gradient is averaged, where they have been asked for.
+    pub(super) gradient_nodes: Option<GradientNodes>,
     pub(super) nodes: NodeStore,
 }
 
@@ -67,6 +69,7 @@ impl Pair {
             carriers,
             multipole,
             rule: None,
+            gradient_nodes: None,
             nodes,
         }
     }
@@ -280,7 +283,7 @@ impl Pair {
         }
     }
 
-    fn field_and_set(&self, rule: &Rule) -> [&BodyGravity; 2] {
+    pub(super) fn field_and_set(&self, rule: &Rule) -> [&BodyGravity; 2] {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
@@ -312,7 +315,7 @@ fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
     }
 }
 
-fn monopole(pose: &Pose) -> Interaction {
+pub(super) fn monopole(pose: &Pose) -> Interaction {
     let r = pose.separation.norm();
     let zero = Vec3::zeros();
     Interaction { force_on_first: pose.separation / r / r / r, torque_first: zero, torque_second: zero }

@@ -10,6 +10,7 @@ mod events;
 mod forces;
 mod listening;
 mod orbits;
+mod particles;
 mod polyhedra;
 mod rotations;
 mod runs;
@@ -27,6 +28,8 @@ mod _core {
     use super::events::PyCondition;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
+    #[pymodule_export]
+    use super::particles::fly;
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
     #[pymodule_export]

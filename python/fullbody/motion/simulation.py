@@ -206,6 +206,7 @@ class Simulation:
         dense: bool = False,
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
+        derivatives: bool | Iterable[str] = False,
     ) -> Run:
         """Move to a time and record; see :meth:`fullbody.System.integrate`.
 
@@ -224,7 +225,7 @@ class Simulation:
         -------
         Run
         """
-        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense)
+        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives)
         keep = None
         if autosave is not None:
             path, seconds = autosaving(autosave)
@@ -233,7 +234,9 @@ class Simulation:
             self.save(path)
         before = self._core.statistics
         with Bar(progress) as report, self._run() as core:
-            record, error = core.integrate(task.until, task.output, task.conditions, task.dense, report, keep)
+            record, error = core.integrate(
+                task.until, task.output, task.conditions, task.dense, report, keep, task.derivatives
+            )
         counts = (now - then for now, then in zip(self._core.statistics, before, strict=True))
         run = task.run(Run, record, counts)
         if autosave is not None:
@@ -357,6 +360,7 @@ class System(BaseSystem):  # noqa: D101
         dense: bool = False,
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
+        derivatives: bool | Iterable[str] = False,
     ) -> Run:
         """Run from a state to a time.
 
@@ -406,7 +410,15 @@ class System(BaseSystem):  # noqa: D101
         (11, 2, 3)
         """
         sim = Simulation(self, state, integrator=integrator)
-        return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
+        return sim.integrate(
+            until,
+            output,
+            events=events,
+            dense=dense,
+            progress=progress,
+            autosave=autosave,
+            derivatives=derivatives,
+        )
 
 
 @named_options

@@ -18,7 +18,7 @@ from ..record.base import BaseRun
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
 from ..record.statistics import Statistics
-from .options import sampling, watched
+from .options import differentiated, sampling, watched
 
 __all__ = ["Task", "beginning"]
 
@@ -50,6 +50,7 @@ class Task:
         output: Any,
         events: Iterable[Event],
         dense: bool,
+        derivatives: bool | Iterable[str] = False,
     ) -> None:
         self._system, self._integrator = system, integrator
         self.until = scalar(system._units.strip(until, "time", "until"), "until")
@@ -59,6 +60,7 @@ class Task:
         self.events = watched(events)
         self.conditions = [event._watched(system) for event in self.events]
         self.dense = bool(dense)
+        self.derivatives = differentiated(derivatives)
 
     def _refuse_flood(self, count: float, output: Any) -> None:
         """Refuse more samples than a computer holds, rather than have the system end the process."""
