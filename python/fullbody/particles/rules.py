@@ -28,9 +28,9 @@ class Bounce(ScalarFields):
     """Particles bounce off surfaces.
 
     The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by ``tangential``. A
-    particle that is then slower than ``rest`` comes to rest, unless it is pushed outwards: it moves with the surface,
-    and lifts off when the acceleration relative to the surface points outwards. One that would slide on hops: it leaves
-    the surface with the speed ``rest`` along the normal at least.
+    particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest, unless it is pushed
+    outwards: sliding is not modelled. At rest it moves with the surface, and it lifts off when the acceleration relative
+    to the surface points outwards.
 
     Parameters
     ----------
