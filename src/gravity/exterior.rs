@@ -1,11 +1,11 @@
 //! Potential and field of one body at single points, with every input and result checked.
 
-use super::{Anywhere, FarSeries, FieldKernel, Near};
+use super::{Anywhere, Ellipsoidal};
 use crate::error::{Error, Result, require_finite};
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, VectorPath};
 use crate::patience::Patience;
-use crate::shape::{Body, Part, Place, Shape};
+use crate::shape::{Body, Ellipsoid, Part, Place, Shape};
 use pulp::{Arch, Scalar};
 
 /// A body's exterior gravity in its own frame.
@@ -25,7 +25,7 @@ struct PartField {
     unit: f64,
     shape: Shape,
     place: Option<Place>,
-    series: FarSeries,
+    ellipsoidal: Ellipsoidal,
     /// Of a polyhedron, in the system's unit.
     polyhedron: Option<Anywhere>,
 }
@@ -61,7 +61,7 @@ impl ExteriorField {
             PartField {
                 gm: gravitational_constant * part.mass,
                 unit,
-                series: FarSeries::new(&shape),
+                ellipsoidal: Ellipsoidal::new(&part.shape, gravitational_constant * part.mass),
                 shape,
                 place: part.place,
                 polyhedron,
@@ -150,37 +150,21 @@ impl PartField {
             if !inside {
                 return Err("a point outside or on the surface");
             }
-            let x = ellipsoid.canonical() * x;
-            let (potential, rd) = Near::new(ellipsoid, 0.0).inside(&x);
-            let field = ellipsoid.canonical().transpose() * -x.component_mul(&rd);
-            return Ok(self.in_units(potential, field));
         }
-        let x = ellipsoid.canonical() * x;
-        let kappa_min = x.norm_squared() - self.shape.circumradius().powi(2);
-        let (potential, rd) = match (self.series.cut_for(kappa_min, 1e-17), Near::new(ellipsoid, 0.0)) {
-            (Some(cut), _) => one_point(self.series.cut(cut), &x),
-            (None, near) if near.is_flat() => {
-                let (_, rd) = one_point(near, &x);
-                (near.potential(lanes(&x)).first(), rd)
-            }
-            (None, near) => one_point(near, &x),
-        };
-        let field = ellipsoid.canonical().transpose() * -x.component_mul(&rd);
-        Ok(self.in_units(potential, field))
+        Ok(self.lanes(ellipsoid, point))
+    }
+
+    fn lanes(&self, ellipsoid: &Ellipsoid, point: &Vec3) -> (f64, Vec3) {
+        let x = ellipsoid.canonical() * point;
+        let gravity = self.ellipsoidal.at([x.x, x.y, x.z].map(|x| Lanes::splat(Scalar, x)));
+        (
+            gravity.potential.first(),
+            ellipsoid.canonical().transpose() * Vec3::from(gravity.field.map(Lanes::first)),
+        )
     }
 
     fn in_units(&self, potential: f64, field: Vec3) -> (f64, Vec3) {
         let gm = self.gm / self.unit;
         (gm * potential, gm / self.unit * field)
     }
-}
-
-/// Phi, as 1/r and the excess, and the R_i of the field.
-fn one_point(kernel: impl FieldKernel, x: &Vec3) -> (f64, Vec3) {
-    let (excess, rd) = kernel.excess_potential(lanes(x));
-    (1.0 / x.norm() + excess.first(), Vec3::new(rd[0].first(), rd[1].first(), rd[2].first()))
-}
-
-fn lanes(x: &Vec3) -> [Lanes<Scalar>; 3] {
-    [Lanes::splat(Scalar, x.x), Lanes::splat(Scalar, x.y), Lanes::splat(Scalar, x.z)]
 }

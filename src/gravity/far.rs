@@ -94,6 +94,13 @@ impl FarSeries {
         (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
     }
 
+    /// From which kappa on so many terms meet a relative tolerance; it may be below zero.
+    pub fn kappa_from(&self, terms: u32, tolerance: f64) -> f64 {
+        let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // A little less than the ratio at which one term more is needed.
+        deviation / (tolerance.powf(1.0 / f64::from(terms)) * (1.0 - 1e-9)) - self.mean
+    }
+
     /// The kernel with that much of the series.
     #[inline]
     pub fn cut(&self, cut: FarCut) -> Far<'_> {
@@ -168,9 +175,15 @@ impl Far<'_> {
         }
         (eta, inverse)
     }
-}
 
-impl Far<'_> {
+    /// s_i = 1/u + d_i.
+    #[inline(always)]
+    fn squares<S: Simd>(&self, u: Lanes<S>) -> [Lanes<S>; 3] {
+        let [d1, d2, d3] = self.series.deviation;
+        let sbar = u.constant(1.0) / u;
+        [sbar + u.constant(d1), sbar + u.constant(d2), sbar + u.constant(d3)]
+    }
+
     /// R_i - 1/r^3, what the field has beyond that of a point, and the differences of the R_i, to their own last digits. With
     /// w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
@@ -189,6 +202,7 @@ impl Far<'_> {
         PointField {
             rd: [first, first + second, first + third],
             rd_difference: [third - second, -third, second],
+            squares: self.squares(u),
         }
     }
 }
@@ -206,12 +220,13 @@ impl FieldKernel for Far<'_> {
         PointField {
             rd: [first, first + second, first + third],
             rd_difference: [third - second, -third, second],
+            squares: self.squares(u),
         }
     }
 
     /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>) {
         let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let (eta, inverse) = self.root(squares);
         let c = |value| eta.constant(value);
@@ -230,6 +245,8 @@ impl FieldKernel for Far<'_> {
         let cube = u * u.sqrt();
         let rd =
             [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
-        (excess * inverse.sqrt(), rd)
+        let (second, third) = (cube * u * second, cube * u * third);
+        let rd_difference = [third - second, -third, second];
+        (excess * inverse.sqrt(), PointField { rd, rd_difference, squares: self.squares(u) })
     }
 }

@@ -15,6 +15,7 @@
 //! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
 
 mod anywhere;
+mod ellipsoidal;
 mod exterior;
 mod far;
 mod layer;
@@ -24,6 +25,7 @@ mod polyhedral;
 mod pull;
 
 pub use anywhere::Anywhere;
+pub use ellipsoidal::{Ellipsoidal, Gravity, turned, turned_back};
 pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
@@ -42,6 +44,34 @@ pub struct PointField<S: Simd> {
     pub rd: [Lanes<S>; 3],
     /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
     pub rd_difference: [Lanes<S>; 3],
+    /// s_i = a_i^2 + kappa.
+    pub squares: [Lanes<S>; 3],
+}
+
+impl<S: Simd> PointField<S> {
+    /// n and f of the gradient at a point outside, dg_i/dx_j = f n_i n_j - R_i delta_ij: with S = sum x_k^2/s_k^2 they are
+    /// n_i = x_i/s_i, normal to the confocal ellipsoid through the point, and f = 3/(sqrt(s_1 s_2 s_3) S).
+    #[inline(always)]
+    pub fn bend(&self, x: [Lanes<S>; 3]) -> ([Lanes<S>; 3], Lanes<S>) {
+        let [s1, s2, s3] = self.squares;
+        let one = s1.constant(1.0);
+        let n = [x[0] * (one / s1), x[1] * (one / s2), x[2] * (one / s3)];
+        (n, s1.constant(3.0) / ((s1 * s2 * s3).sqrt() * dot(n, n)))
+    }
+
+    /// dg/dx at a point outside: xx, xy, xz, yy, yz, zz.
+    #[inline(always)]
+    pub fn gradient(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 6] {
+        let (n, f) = self.bend(x);
+        bent(n, f, self.rd)
+    }
+}
+
+/// f n_i n_j - R_i delta_ij: xx, xy, xz, yy, yz, zz.
+#[inline(always)]
+fn bent<S: Simd>(n: [Lanes<S>; 3], f: Lanes<S>, rd: [Lanes<S>; 3]) -> [Lanes<S>; 6] {
+    let m = [f * n[0], f * n[1], f * n[2]];
+    [m[0] * n[0] - rd[0], m[0] * n[1], m[0] * n[2], m[1] * n[1] - rd[1], m[1] * n[2], m[2] * n[2] - rd[2]]
 }
 
 /// Potential and field of a body of unit GM at as many points as the machine has lanes.
@@ -49,8 +79,8 @@ pub trait FieldKernel: Copy {
     /// The field at points of the canonical frame.
     fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S>;
 
-    /// Phi - 1/r, and R_i as in [`PointField::rd`].
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]);
+    /// Phi - 1/r, and the field beside it.
+    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>);
 
     /// Phi.
     #[inline(always)]

@@ -162,6 +162,12 @@ impl<S: Simd> Lanes<S> {
         self.simd.reduce_max_f64s(self.simd.max_f64s(self.raw[0], self.raw[1]))
     }
 
+    /// Smallest lane.
+    #[inline(always)]
+    pub fn reduce_min(self) -> f64 {
+        self.simd.reduce_min_f64s(self.simd.min_f64s(self.raw[0], self.raw[1]))
+    }
+
     /// The value of a block that has the same value in all lanes.
     #[inline(always)]
     pub fn first(self) -> f64 {

@@ -125,9 +125,9 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
             let y = load_vector(simd, points, block);
             let n = load_vector(simd, normals, block);
             let x = place(y, self.roles);
-            let (excess, rd) = self.kernel.excess_potential(x);
+            let (excess, field) = self.kernel.excess_potential(x);
             let phi = splat(1.0) / dot(x, x).sqrt() + excess;
-            let flux = flux(n, x, rd, self.roles);
+            let flux = flux(n, x, field.rd, self.roles);
             let value = phi * dot(y, n) - splat(0.5) * dot(y, y) * flux;
             total.add_product(weight, value);
         }

@@ -221,7 +221,7 @@ impl<K: FieldKernel> WithSimd for Evaluate<'_, K> {
         let length = size_of::<[S::f64s; 2]>() / size_of::<f64>();
         let mut out = vec![[0.0; 7]; x.len()];
         for (k, ((x, y), z)) in points.enumerate() {
-            let (field, (excess, rd)) =
+            let (field, (excess, other)) =
                 (self.kernel.field([x, y, z]), self.kernel.excess_potential([x, y, z]));
             let all = [excess].into_iter().chain(field.rd).chain(field.rd_difference);
             for (column, value) in all.enumerate() {
@@ -235,7 +235,7 @@ impl<K: FieldKernel> WithSimd for Evaluate<'_, K> {
                 }
             }
             // Both calls have the same R_i, up to the order of rounding.
-            for (one, other) in rd.into_iter().zip(field.rd) {
+            for (one, other) in other.rd.into_iter().zip(field.rd) {
                 assert!((one - other).abs().reduce_max() <= 4e-15 * one.reduce_max());
             }
         }

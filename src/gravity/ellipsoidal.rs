@@ -1,0 +1,173 @@
+//! The gravity of a homogeneous ellipsoid, sphere or point at many points anywhere: outside, on the surface and inside.
+//!
+//! Inside, kappa is zero: Phi = GM/2 sum_i (a_i^2 - x_i^2) R_i and g_i = -GM x_i R_i with constant R_i, and the gradient is
+//! -GM diag(R_i), of the trace -4 pi G rho. Outside see [`super::PointField::bend`].
+
+use super::{FarCut, FarSeries, FieldKernel, Near, bent};
+use crate::math::Mat3;
+use crate::math::lanes::{Lanes, dot};
+use crate::shape::{Ellipsoid, Shape};
+use pulp::Simd;
+
+/// Phi (positive), g = grad Phi and dg/dx at points.
+#[derive(Clone, Copy)]
+pub struct Gravity<S: Simd> {
+    /// Phi.
+    pub potential: Lanes<S>,
+    /// g.
+    pub field: [Lanes<S>; 3],
+    /// dg/dx: xx, xy, xz, yy, yz, zz.
+    pub gradient: [Lanes<S>; 6],
+}
+
+/// A shape of a mass, ready for points of the frame of its sorted axes, a >= b >= c.
+#[derive(Debug, Clone)]
+pub struct Ellipsoidal {
+    /// Of length, a power of two; all below is in this unit.
+    inverse_unit: f64,
+    /// GM over the first three powers of the unit.
+    scales: [f64; 3],
+    series: FarSeries,
+    /// The forms of the field, and the squares of the distances from which on they hold, from the nearest.
+    forms: Vec<(f64, Form)>,
+}
+
+/// How the field is computed.
+#[derive(Debug, Clone, Copy)]
+pub enum Form {
+    /// By Carlson's integrals.
+    Near(Near),
+    /// By the series.
+    Far(FarCut),
+}
+
+/// What the series may leave out.
+const TOLERANCE: f64 = 1e-17;
+
+/// Numbers of terms of the series, each of which serves from some distance on.
+const TERMS: [u32; 14] = [27, 22, 18, 15, 12, 10, 8, 7, 6, 5, 4, 3, 2, 1];
+
+impl Ellipsoidal {
+    /// Of an ellipsoid, a sphere or a point, by the product of the gravitational constant and its mass; a polyhedron counts as a
+    /// point.
+    pub fn new(shape: &Shape, gm: f64) -> Self {
+        let unit = shape.natural_unit();
+        let shape = shape.scaled(1.0 / unit);
+        let series = FarSeries::new(&shape);
+        let forms = match &shape {
+            Shape::Ellipsoid(ellipsoid) => forms(ellipsoid, &series),
+            Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Far(FarCut::default()))],
+        };
+        let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
+        Self { inverse_unit: 1.0 / unit, scales, series, forms }
+    }
+
+    /// Gravity at points of the frame of the sorted axes. The form that the nearest one needs serves all of them. Results that
+    /// are not used cost nothing. A point mass wants points away from it.
+    #[inline(always)]
+    pub fn at<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
+        let x = self.in_unit(x);
+        self.by(self.form(dot(x, x).reduce_min()), x)
+    }
+
+    #[inline(always)]
+    fn in_unit<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let unit = x[0].constant(self.inverse_unit);
+        [x[0] * unit, x[1] * unit, x[2] * unit]
+    }
+
+    #[inline(always)]
+    fn form(&self, distance_square: f64) -> Form {
+        let mut form = self.forms[0].1;
+        for &(from, farther) in &self.forms[1..] {
+            if distance_square < from {
+                break;
+            }
+            form = farther;
+        }
+        form
+    }
+
+    #[inline(always)]
+    fn by<S: Simd>(&self, form: Form, x: [Lanes<S>; 3]) -> Gravity<S> {
+        let (potential, field, outside) = match form {
+            Form::Near(near) => near.anywhere(x),
+            Form::Far(cut) => {
+                let (excess, field) = self.series.cut(cut).excess_potential(x);
+                (x[0].constant(1.0) / dot(x, x).sqrt() + excess, field, x[0].constant(1.0))
+            }
+        };
+        let zero = x[0].constant(0.0);
+        let (n, bend) = field.bend(x);
+        // In the centre there is no normal.
+        let bend = zero.if_less(outside, bend, zero);
+        let rd = field.rd;
+        let [one, minus_two, three] = [self.scales[0], -self.scales[1], self.scales[2]];
+        let (one, minus_two, three) = (x[0].constant(one), x[0].constant(minus_two), x[0].constant(three));
+        Gravity {
+            potential: one * potential,
+            field: [minus_two * rd[0] * x[0], minus_two * rd[1] * x[1], minus_two * rd[2] * x[2]],
+            gradient: bent(n, three * bend, [three * rd[0], three * rd[1], three * rd[2]]),
+        }
+    }
+}
+
+fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
+    let longest = ellipsoid.sorted()[0].powi(2);
+    let mut forms: Vec<(f64, Form)> = vec![(0.0, Form::Near(Near::new(ellipsoid, 0.0)))];
+    for share in [0.0625, 0.25, 1.0] {
+        let kappa = share * longest;
+        let near = Near::new(ellipsoid, kappa);
+        if !matches!(forms.last(), Some((_, Form::Near(last))) if *last == near) {
+            forms.push((longest + kappa, Form::Near(near)));
+        }
+    }
+    for terms in TERMS {
+        let kappa = series.kappa_from(terms, TOLERANCE).max(0.0);
+        if let Some(cut) = series.cut_for(kappa, TOLERANCE)
+            && !matches!(forms.last(), Some((_, Form::Far(last))) if *last == cut)
+        {
+            // Where the series holds, Carlson's integrals are not needed.
+            forms.retain(|(from, _)| *from < longest + kappa);
+            forms.push((longest + kappa, Form::Far(cut)));
+        }
+    }
+    forms
+}
+
+impl<S: Simd> Gravity<S> {
+    /// Turned by a matrix and its transpose, into the frame from which the matrix turns vectors into the present one.
+    #[inline(always)]
+    pub fn turned_back(self, m: &Mat3) -> Self {
+        let g = self.gradient;
+        let c = |value| self.potential.constant(value);
+        // Rows of the gradient times the matrix, and the transpose times that.
+        let rows = [[g[0], g[1], g[2]], [g[1], g[3], g[4]], [g[2], g[4], g[5]]];
+        let mut right = rows;
+        for i in 0..3 {
+            right[i] = turned_back(rows[i], m);
+        }
+        let mut out = [c(0.0); 6];
+        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            out[k] = dot([c(m[(0, i)]), c(m[(1, i)]), c(m[(2, i)])], [right[0][j], right[1][j], right[2][j]]);
+        }
+        Self { potential: self.potential, field: turned_back(self.field, m), gradient: out }
+    }
+}
+
+/// The matrix times a vector.
+#[inline(always)]
+pub fn turned<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
+    turned_back(v, &m.transpose())
+}
+
+/// The transposed matrix times a vector.
+#[inline(always)]
+pub fn turned_back<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
+    let mut out = v;
+    for i in 0..3 {
+        let c = |k: usize| v[0].constant(m[(k, i)]);
+        out[i] = v[0].mul_add(c(0), v[1].mul_add(c(1), v[2] * c(2)));
+    }
+    out
+}
