@@ -11,7 +11,7 @@ Examples
 
 import typing as _typing
 
-from . import ensembles, events, forces, frames, observables, systems
+from . import ensembles, events, forces, frames, observables, particles, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
@@ -38,6 +38,7 @@ from .model.state import State
 from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
+from .particles import Flight, Particles
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .record.dense import Dense, Samples
 from .record.integrators import (
@@ -86,6 +87,7 @@ __all__ = [
     "Ellipsoid",
     "Energy",
     "ForceFailed",
+    "Flight",
     "FullbodyError",
     "InconsistentInput",
     "Interactions",
@@ -97,6 +99,7 @@ __all__ = [
     "Loads",
     "NotConverged",
     "Part",
+    "Particles",
     "PointMass",
     "Polyhedron",
     "PrecisionWarning",
@@ -127,6 +130,7 @@ __all__ = [
     "integrate_many",
     "load",
     "observables",
+    "particles",
     "plots",
     "read_gubas",
     "read_sians",

@@ -18,4 +18,5 @@ mod watch;
 pub use fate::{Contact, End, Escape, Fate, Particle, Rules};
 pub use flight::{Flown, Plan};
 pub use outside::Radiation;
+pub use surface::Surface;
 pub use watch::{Condition, Happened, ParticleFunction, Watch};

@@ -372,17 +372,12 @@ impl<'a, 'b> Batch<'a, 'b> {
             Contact::Stop => (pose.without(&place, &Vec3::zeros()), end, held),
             Contact::Remove => ((*x, *v), end, Place::Gone),
             Contact::Bounce { normal: along, tangential, rest } => {
-                let mut out = across * tangential - normal * (along * inwards);
-                let slow = out.norm() < rest;
-                if slow && self.push(index, body, &place, &normal, time)? < 0.0 {
+                let out = across * tangential - normal * (along * inwards);
+                if -along * inwards < rest && self.push(index, body, &place, &normal, time)? < 0.0 {
                     let lying = Place::On { body, place, normal, held: false };
                     let end = End { fate: Fate::Rest, ..end };
                     (pose.without(&place, &Vec3::zeros()), end, lying)
                 } else {
-                    // One that would slide hops.
-                    if !slow && -along * inwards < rest {
-                        out += normal * (rest + along * inwards);
-                    }
                     let particle = &mut self.particles[index];
                     (particle.next, particle.controller) = (0.0, Controller::new());
                     (pose.without(&place, &out), End::default(), Place::Flying { departing: true })

@@ -106,6 +106,20 @@ impl Surface {
         }
     }
 
+    /// The outermost place of the surface in a direction from the body's centre, and the outward normal there, in the body frame.
+    pub fn outermost(&self, direction: &Vec3) -> Option<(Vec3, Vec3)> {
+        let d = direction.normalize();
+        let far = |index: usize| {
+            let part = &self.parts[index];
+            let (from, along) = (part.own(&Vec3::zeros()), turned_back(&part.rotation, &d));
+            Some((part.exit(&from, &along)?, index))
+        };
+        let (distance, index) = (0..self.parts.len()).filter_map(far).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let part = &self.parts[index];
+        let place = d * distance;
+        Some((place, turned(&part.rotation, &part.normal(&part.own(&place)))))
+    }
+
     /// Whether a place in the body frame is inside by more than rounding.
     pub fn contains(&self, place: &Vec3) -> bool {
         self.parts.iter().any(|part| {
@@ -157,6 +171,30 @@ struct Worst {
 impl PartSurface {
     fn own(&self, place: &Vec3) -> Vec3 {
         turned_back(&self.rotation, &(place - self.position))
+    }
+
+    /// The distance at which a ray leaves the part for good.
+    fn exit(&self, from: &Vec3, along: &Vec3) -> Option<f64> {
+        match &self.form {
+            Form::Ellipsoid { inverse, .. } => {
+                let (p, d) = (from.component_mul(inverse), along.component_mul(inverse));
+                let (a, b, c) = (d.norm_squared(), p.dot(&d), p.norm_squared() - 1.0);
+                let square = b * b - a * c;
+                (square >= 0.0).then(|| (square.sqrt() - b) / a).filter(|distance| *distance > 0.0)
+            }
+            Form::Polyhedron(polyhedron) => {
+                let crossing = |face: usize| {
+                    let [a, b, c] = polyhedron.corners(face);
+                    let normal = (b - a).cross(&(c - a));
+                    let distance = normal.dot(&(a - from)) / normal.dot(along);
+                    let x = from + along * distance;
+                    let sides = [(a, b), (b, c), (c, a)];
+                    let within = sides.iter().all(|(u, v)| (v - u).cross(&(x - u)).dot(&normal) >= -1e-14 * normal.norm_squared());
+                    (within && distance > 0.0 && distance.is_finite()).then_some(distance)
+                };
+                (0..polyhedron.faces().len()).filter_map(crossing).max_by(f64::total_cmp)
+            }
+        }
     }
 
     fn normal(&self, y: &Vec3) -> Vec3 {
