@@ -140,7 +140,10 @@ fn arrays<'py>(
     let fates: Vec<i8> = particles.iter().map(|particle| number(particle.end.fate)).collect();
     dict.set_item("fate", numpy::PyArray1::from_vec(py, fates))?;
     let body = |particle: &Particle| particle.end.body.map_or(-1, |body| body as i32);
-    dict.set_item("fate_body", numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()))?;
+    dict.set_item(
+        "fate_body",
+        numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()),
+    )?;
     let strikes: Vec<u32> = particles.iter().map(|particle| particle.strikes).collect();
     dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
     let happened = flown.happened;
@@ -160,7 +163,9 @@ fn arrays<'py>(
 impl Watched {
     fn watch(self, listener: &Arc<Listener>) -> Watch {
         match self {
-            Self::Shadow(visible, direction, _) => Watch { condition: Condition::Shadow { visible }, direction },
+            Self::Shadow(visible, direction, _) => {
+                Watch { condition: Condition::Shadow { visible }, direction }
+            }
             Self::Periapsis(body, direction) => Watch { condition: Condition::Periapsis { body }, direction },
             Self::Function(f, direction) => {
                 let listener = listener.clone();
