@@ -161,7 +161,7 @@ pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3
 }
 
 fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
-    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    let square = |v: f64| -> Lanes<Scalar> { Lanes::splat(Scalar, v * v) };
     crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
 }
 
