@@ -64,7 +64,12 @@ impl Top {
     pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
         match &self.kind {
             Kind::Symmetric(axis, ratio) => Some(symmetric(*axis, *ratio, q, spin, time)),
-            Kind::Triaxial(top) => top.turn(q, spin, time, farthest_turn(self.inertia, spin, time)),
+            Kind::Triaxial(top) => {
+                let angle = self.inertia.component_mul(&spin).norm() * top.inverse_least * time.abs();
+                // What is too large for it may be so by a loose bound.
+                let angle = if angle <= FEW { angle } else { farthest_turn(self.inertia, spin, time) };
+                top.turn(q, spin, time, angle)
+            }
         }
     }
 }
@@ -130,48 +135,65 @@ struct Triaxial {
     /// |dw/dt| is below this times |w|^2: max |rate| / 3^(1/2). The terms of the series then fall at least as those of a geometric
     /// one of the ratio steepness |w| t.
     steepness: f64,
+    /// 1 over the smallest moment.
+    inverse_least: f64,
 }
 
 /// Ratio of the longest series.
 const LONGEST: f64 = 0.125;
-const TERMS: usize = 24;
 
 /// 1/(n + 1).
-const SHARES: [f64; TERMS] = {
-    let mut shares = [1.0; TERMS];
+const SHARES: [f64; 20] = {
+    let mut shares = [1.0; 20];
     let mut n = 1;
-    while n < TERMS {
+    while n < shares.len() {
         shares[n] = 1.0 / (n + 1) as f64;
         n += 1;
     }
     shares
 };
 
-/// Gauss's points and weights on [0, 1].
-struct Gauss<const N: usize> {
-    points: [f64; N],
-    weights: [f64; N],
-}
-const THREE: Gauss<3> = Gauss {
-    points: [0.112_701_665_379_258_311_5, 0.5, 0.887_298_334_620_741_688_5],
-    weights: [0.277_777_777_777_777_777_8, 0.444_444_444_444_444_444_4, 0.277_777_777_777_777_777_8],
-};
-const FIVE: Gauss<5> = Gauss {
-    points: [
+/// Gauss's points and weights on [0, 1], and the end, which has none. The rule of n points errs by (ratio / 4)^(2 n) of an integrand
+/// that is of the size of the ratio's square.
+type Rule<const N: usize> = [[f64; N]; 2];
+const THREE: Rule<4> = [
+    [0.112_701_665_379_258_311_5, 0.5, 0.887_298_334_620_741_688_5, 1.0],
+    [0.277_777_777_777_777_777_8, 0.444_444_444_444_444_444_4, 0.277_777_777_777_777_777_8, 0.0],
+];
+const FOUR: Rule<5> = [
+    [
+        0.069_431_844_202_973_712_4,
+        0.330_009_478_207_571_867_6,
+        0.669_990_521_792_428_132_4,
+        0.930_568_155_797_026_287_6,
+        1.0,
+    ],
+    [
+        0.173_927_422_568_726_928_7,
+        0.326_072_577_431_273_071_3,
+        0.326_072_577_431_273_071_3,
+        0.173_927_422_568_726_928_7,
+        0.0,
+    ],
+];
+const FIVE: Rule<6> = [
+    [
         0.046_910_077_030_668_003_6,
         0.230_765_344_947_158_454_5,
         0.5,
         0.769_234_655_052_841_545_5,
         0.953_089_922_969_331_996_4,
+        1.0,
     ],
-    weights: [
+    [
         0.118_463_442_528_094_543_8,
         0.239_314_335_249_683_234_0,
         0.284_444_444_444_444_444_4,
         0.239_314_335_249_683_234_0,
         0.118_463_442_528_094_543_8,
+        0.0,
     ],
-};
+];
 
 impl Triaxial {
     fn new(inertia: Vec3) -> Self {
@@ -179,7 +201,12 @@ impl Triaxial {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             (inertia[j] - inertia[k]) / inertia[i]
         }));
-        Self { inertia: inertia / inertia.max(), rate, steepness: rate.amax() / 3.0_f64.sqrt() }
+        Self {
+            inertia: inertia / inertia.max(),
+            rate,
+            steepness: rate.amax() / 3.0_f64.sqrt(),
+            inverse_least: 1.0 / inertia.min(),
+        }
     }
 
     /// `angle` is a bound of how far the body turns.
@@ -205,93 +232,78 @@ impl Triaxial {
 
     /// The turn, less one, and the change of the spin in a unit of time.
     fn piece(&self, spin: Vec3, ratio: f64) -> (Quaternion, Vec3) {
-        let series = self.series(spin, ratio);
+        match ratio {
+            r if r < 0.006 => self.turned::<8, 4>(&THREE, spin),
+            r if r < 0.016 => self.turned::<10, 4>(&THREE, spin),
+            r if r < 0.048 => self.turned::<14, 5>(&FOUR, spin),
+            _ => self.turned::<20, 6>(&FIVE, spin),
+        }
+    }
+
+    /// By a series of so many terms and a rule.
+    fn turned<const TERMS: usize, const N: usize>(&self, rule: &Rule<N>, spin: Vec3) -> (Quaternion, Vec3) {
+        let [points, weights] = rule;
+        let changes = changes(&self.series::<TERMS>(spin), points);
         let momentum = self.inertia.component_mul(&spin);
         let square = momentum.norm_squared();
-        let changed = Vec3::from(changes(&series, [1.0]).map(|[x]| x));
+        let changed = Vec3::new(changes[0][N - 1], changes[1][N - 1], changes[2][N - 1]);
         if square < f64::MIN_POSITIVE / f64::EPSILON {
             // So small a turn is its rotation vector.
             return ([0.0, 0.5 * spin.x, 0.5 * spin.y, 0.5 * spin.z], changed);
         }
-        let moved = self.inertia.component_mul(&changed);
-        // The rule of n points errs by (ratio / 4)^(2 n) of an integrand that is of the size of the square of m's way.
-        let way = moved.norm_squared() / square;
-        let swept = if way * (0.25 * ratio).powi(6) < 1e-18 {
-            self.swept(&THREE, &series, momentum, spin, square)
-        } else {
-            self.swept(&FIVE, &series, momentum, spin, square)
-        };
-        let length = square.sqrt();
-        let angle = (spin.dot(&momentum) - swept) / length;
-        let cosine = (1.0 - 0.25 * way).sqrt();
-        let across = moved.cross(&momentum) / (2.0 * cosine * square);
-        let shortest = [-0.25 * way / (1.0 + cosine), across.x, across.y, across.z];
-        (product_less_one(turn_less_one(momentum / length, angle), shortest), changed)
-    }
-
-    /// The coefficients of the spin in time, from the first power on, by Euler's equations; those after the last are negligible.
-    fn series(&self, spin: Vec3, ratio: f64) -> Series {
-        let negligible = 1e-18 * spin.amax();
-        let mut w = [[0.0; TERMS]; 3];
-        (0..3).for_each(|i| w[i][0] = spin[i]);
-        let mut last = 0;
-        loop {
-            // Two sums each, so that one need not wait for the other.
-            let mut sums = [[0.0; 3]; 2];
-            for m in 0..=last {
-                let n = last - m;
-                let sum = &mut sums[m % 2];
-                sum[0] += w[1][m] * w[2][n];
-                sum[1] += w[2][m] * w[0][n];
-                sum[2] += w[0][m] * w[1][n];
-            }
-            let mut size = 0.0_f64;
-            for i in 0..3 {
-                let next = SHARES[last] * self.rate[i] * (sums[0][i] + sums[1][i]);
-                w[i][last + 1] = next;
-                size = size.max(next.abs());
-            }
-            last += 1;
-            let before = w[0][last - 1].abs().max(w[1][last - 1].abs()).max(w[2][last - 1].abs());
-            if last + 1 == TERMS || (size <= negligible && before * ratio <= negligible) {
-                return Series { w, last };
-            }
-        }
-    }
-
-    /// The integral of (L_0 x L) . dL/dt / (L^2 + L_0 . L).
-    fn swept<const N: usize>(
-        &self,
-        rule: &Gauss<N>,
-        series: &Series,
-        momentum: Vec3,
-        spin: Vec3,
-        square: f64,
-    ) -> f64 {
-        let changes = changes(series, rule.points);
-        let mut sum = 0.0;
-        for k in 0..N {
+        // The integral of (L_0 x L) . dL/dt / (L^2 + L_0 . L).
+        let mut swept = 0.0;
+        for k in 0..N - 1 {
             let spun = Vec3::new(changes[0][k], changes[1][k], changes[2][k]);
             let moved = self.inertia.component_mul(&spun);
             let rate = (momentum + moved).cross(&(spin + spun));
-            sum += rule.weights[k] * momentum.cross(&moved).dot(&rate)
-                / (2.0 * square - 0.5 * moved.norm_squared());
+            let facing = 2.0 * square - 0.5 * moved.norm_squared();
+            swept += weights[k] * momentum.cross(&moved).dot(&rate) / facing;
         }
-        sum
+        let inverse = 1.0 / square.sqrt();
+        let angle = (spin.dot(&momentum) - swept) * inverse;
+        let (along, moved) = (momentum * inverse, self.inertia.component_mul(&changed) * inverse);
+        let way = moved.norm_squared();
+        let cosine = (1.0 - 0.25 * way).sqrt();
+        let across = moved.cross(&along) * (0.5 / cosine);
+        let shortest = [-0.25 * way / (1.0 + cosine), across.x, across.y, across.z];
+        (product_less_one(turn_less_one(along, angle), shortest), changed)
     }
-}
 
-struct Series {
-    w: [[f64; TERMS]; 3],
-    last: usize,
+    /// The spin's coefficients in time by Euler's equations.
+    #[inline(always)]
+    fn series<const TERMS: usize>(&self, spin: Vec3) -> [[f64; TERMS]; 3] {
+        let mut w = [[0.0; TERMS]; 3];
+        (0..3).for_each(|i| w[i][0] = spin[i]);
+        for n in 0..TERMS - 1 {
+            // What is newest comes last.
+            let mut sum = [0.0; 3];
+            for m in 1..n {
+                sum[0] += w[1][m] * w[2][n - m];
+                sum[1] += w[2][m] * w[0][n - m];
+                sum[2] += w[0][m] * w[1][n - m];
+            }
+            sum[0] += w[1][0] * w[2][n];
+            sum[1] += w[2][0] * w[0][n];
+            sum[2] += w[0][0] * w[1][n];
+            if n > 0 {
+                sum[0] += w[1][n] * w[2][0];
+                sum[1] += w[2][n] * w[0][0];
+                sum[2] += w[0][n] * w[1][0];
+            }
+            for i in 0..3 {
+                w[i][n + 1] = SHARES[n] * self.rate[i] * sum[i];
+            }
+        }
+        w
+    }
 }
 
 /// Changes of the spin's components at several times.
 #[inline(always)]
-fn changes<const N: usize>(series: &Series, times: [f64; N]) -> [[f64; N]; 3] {
-    let Series { w, last } = series;
+fn changes<const TERMS: usize, const N: usize>(w: &[[f64; TERMS]; 3], times: &[f64; N]) -> [[f64; N]; 3] {
     let mut sums = [[0.0; N]; 3];
-    for n in (1..=(*last).min(TERMS - 1)).rev() {
+    for n in (1..TERMS).rev() {
         for i in 0..3 {
             for k in 0..N {
                 sums[i][k] = (sums[i][k] + w[i][n]) * times[k];
