@@ -359,7 +359,7 @@ impl Dynamics {
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
         }
-        if rate[..layout.dependent()].iter().all(|r| r.is_finite()) {
+        if rate[..layout.dependent()].iter().fold(true, |finite, r| finite & r.is_finite()) {
             Ok(())
         } else {
             Err(Rejected::NotFinite)

@@ -14,7 +14,7 @@ use pulp::Simd;
 /// R_D + R_D + R_D = 3 / sqrt(s1 s2 s3), which is then free of cancellation.
 /// [`duplications_needed`] tells how many steps full precision takes.
 #[inline(always)]
-pub fn rd_triple<S: Simd>(s: [Lanes<S>; 3], duplications: u32) -> [Lanes<S>; 3] {
+pub fn rd_triple<S: Simd, const N: usize>(s: [Lanes<S, N>; 3], duplications: u32) -> [Lanes<S, N>; 3] {
     let c = |value| s[0].constant(value);
     let product_root = (s[0] * s[1] * s[2]).sqrt();
     let [mut x, mut y, mut z] = s;
@@ -42,7 +42,7 @@ pub fn rd_triple<S: Simd>(s: [Lanes<S>; 3], duplications: u32) -> [Lanes<S>; 3] 
 
 /// R_D(x, y; z) of nearly equal arguments by its Taylor series to seventh degree.
 #[inline(always)]
-fn rd_series<S: Simd>(x: Lanes<S>, y: Lanes<S>, z: Lanes<S>) -> Lanes<S> {
+fn rd_series<S: Simd, const N: usize>(x: Lanes<S, N>, y: Lanes<S, N>, z: Lanes<S, N>) -> Lanes<S, N> {
     let c = |value| x.constant(value);
     let mean = c(3.0).mul_add(z, x + y) * c(0.2);
     let inverse = c(1.0) / mean;

@@ -9,8 +9,8 @@ use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::BLOCK;
-use crate::math::matrix::{times, times_transposed};
-use crate::math::rotation::turned;
+use crate::math::matrix::times;
+use crate::math::rotation::{turned, turned_back};
 use crate::patience::{Patience, UNITS};
 use crate::quadrature::Order;
 use crate::shape::{Shape, growth};
@@ -154,10 +154,12 @@ impl Pair {
     #[inline]
     pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         let f = self.scaled_interaction(&self.scaled(pose), nodes);
+        // Exact, by a power of two.
+        let inverse = 1.0 / self.unit;
         Interaction {
-            force_on_first: f.force_on_first / self.unit / self.unit,
-            torque_first: f.torque_first / self.unit,
-            torque_second: f.torque_second / self.unit,
+            force_on_first: f.force_on_first * inverse * inverse,
+            torque_first: f.torque_first * inverse,
+            torque_second: f.torque_second * inverse,
         }
     }
 
@@ -196,8 +198,9 @@ impl Pair {
         -mutual_potential / self.unit
     }
 
+    #[inline(always)]
     pub(super) fn scaled(&self, pose: &Pose) -> Pose {
-        Pose { separation: pose.separation / self.unit, ..*pose }
+        Pose { separation: pose.separation * (1.0 / self.unit), ..*pose }
     }
 
     /// The interaction in the pair's unit of length, which asks between pieces.
@@ -231,18 +234,17 @@ impl Pair {
                 sampled::force_and_torque(self.arch, field, rule, &roles, nodes)
             }
         };
-        let to_field_body = field.canonical.transpose();
-        let torque_field = to_field_body * balance.torque_field;
-        let torque_set = set.canonical.transpose() * (roles.turn.transpose() * balance.torque);
-        let force = to_field_body * balance.force;
+        let torque_field = field.from_canonical(balance.torque_field);
+        let torque_set = set.from_canonical(turned_back(&roles.turn, &balance.torque));
+        let force = field.from_canonical(balance.force);
         match rule.integrated {
             0 => Interaction {
-                force_on_first: pose.rotation_second * force,
+                force_on_first: turned(&pose.rotation_second, &force),
                 torque_first: torque_set,
                 torque_second: torque_field,
             },
             _ => Interaction {
-                force_on_first: pose.rotation_first * -force,
+                force_on_first: turned(&pose.rotation_first, &-force),
                 torque_first: torque_field,
                 torque_second: torque_set,
             },
@@ -289,15 +291,18 @@ impl Pair {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
+    #[inline(always)]
     pub(super) fn roles(&self, integrated: usize, pose: &Pose) -> Roles {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let (rotation_field, rotation_set, separation) = match integrated {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = times_transposed(&field.canonical, rotation_field);
-        let turn = times_transposed(&times(&to_field, rotation_set), &set.canonical);
-        Roles { origin: turned(&to_field, &separation), turn }
+        let to_field = field.into_canonical(rotation_field.transpose());
+        Roles {
+            origin: turned(&to_field, &separation),
+            turn: set.out_of_canonical(times(&to_field, rotation_set)),
+        }
     }
 }
 

@@ -94,14 +94,19 @@ pub fn focal_degrees(
     let h = (centre.xy().norm() - other_focal).max(0.0) / p;
     let v = (centre.z.abs() - other_focal).max(0.0) / p;
     let beyond = h * h - v * v - 1.0;
-    let sinh = if beyond > 0.0 { v.hypot(beyond / (2.0 * h)) } else { v };
-    let degree = degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0, 1)?;
+    let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
+    let degree = degree_for(sinh + length(1.0, sinh), tolerance, 1.0, 1)?;
     // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no more
     // than the point moves.
     let (h, v) = (centre.xy().norm() / p, centre.z / p);
-    let semi_major = (0.5 * ((h + 1.0).hypot(v) + (h - 1.0).hypot(v)) - other_focal / p).max(1.0);
+    let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
     let radial = degree_for(semi_major + (semi_major * semi_major - 1.0).sqrt(), tolerance, 0.0, 0)?;
     Some([degree, radial.min(degree)])
+}
+
+/// Numbers near one do not overflow, and `hypot` takes as long as the rest.
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// The degree of a body's layer in the field of another one, whose potential falls by this rate from degree to degree in the
@@ -156,7 +161,7 @@ pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3
 }
 
 fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
-    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    let square = |v: f64| -> Lanes<Scalar> { Lanes::splat(Scalar, v * v) };
     crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
 }
 
