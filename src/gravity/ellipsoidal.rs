@@ -63,7 +63,8 @@ impl Ellipsoidal {
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
         let first = forms.iter().position(|(_, form)| matches!(form, Form::Far(_))).unwrap_or(0);
         let few = forms[first..].iter().step_by(4);
-        let apart = if first > 0 { forms[..1].iter().chain(few).copied().collect() } else { few.copied().collect() };
+        let apart =
+            if first > 0 { forms[..1].iter().chain(few).copied().collect() } else { few.copied().collect() };
         Self { inverse_unit: 1.0 / unit, scales, series, forms, apart }
     }
 

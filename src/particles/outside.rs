@@ -4,8 +4,8 @@
 
 use super::course::{Block, COLUMNS};
 use super::shadow::{Occulter, rule, visible};
-use crate::environment::{Environment, PointPull};
 use crate::dynamics::{BarycentricFrame, State, System};
+use crate::environment::{Environment, PointPull};
 use crate::error::{Error, Result, require_finite};
 use crate::math::rotation::matrix;
 use crate::math::{Mat3, Vec3};
@@ -114,12 +114,7 @@ impl Outside {
 
     /// The visible part of the source's disc from a place, with a body's rotation and the place from its centre; all of it where there
     /// is no light.
-    pub fn seen(
-        &mut self,
-        time: f64,
-        x: &Vec3,
-        place: impl FnMut(usize) -> (Mat3, Vec3),
-    ) -> Result<f64> {
+    pub fn seen(&mut self, time: f64, x: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
         let Some(light) = &self.light else { return Ok(1.0) };
         let towards = self.pulls[light.source].place(time)?.position - x;
         Ok(light.seen(&towards, place))

@@ -40,7 +40,12 @@ enum Law {
 
 impl Puller {
     /// Of a body. Moments of polyhedra may take a while.
-    pub fn new(body: &Body, gravitational_constant: f64, arch: Arch, patience: &mut Patience) -> Result<Self> {
+    pub fn new(
+        body: &Body,
+        gravitational_constant: f64,
+        arch: Arch,
+        patience: &mut Patience,
+    ) -> Result<Self> {
         let part = |part: &Part| {
             let law = match &part.shape {
                 Shape::Point => Law::Point,
@@ -60,7 +65,12 @@ impl Puller {
         let parts = body.parts().iter().map(part).collect::<Result<Vec<_>>>()?;
         let central = |part: &PartPuller| matches!(part.law, Law::Point) && part.place.is_none();
         let strength = gravitational_constant * body.mass_without_signs();
-        Ok(Self { gm: gravitational_constant * body.mass, strength, turns: !parts.iter().all(central), parts })
+        Ok(Self {
+            gm: gravitational_constant * body.mass,
+            strength,
+            turns: !parts.iter().all(central),
+            parts,
+        })
     }
 
     /// Adds the acceleration of a block by the body whose columns these are. With `nearness`, the square of the distance from the

@@ -414,7 +414,6 @@ class System(BaseSystem):  # noqa: D101
         sim = Simulation(self, state, integrator=integrator)
         return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
 
-
     def fly(
         self,
         state: State,

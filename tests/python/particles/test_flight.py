@@ -40,9 +40,7 @@ def test_jacobis_constant_over_a_hundred_orbits(hundred):
     x = np.array([[0.5, 0.0, 0.05], [0.0, -0.4, 0.0], [1.6, 0.3, 0.2], [-2.0, 0.0, 0.0]])
     r = np.linalg.norm(x, axis=1)[:, None]
     v = np.cross([0.0, 0.0, 1.0], x) / r * np.sqrt(1.0 / r)
-    flight = hundred.fly(
-        fullbody.Particles(x, v), output="ends", integrator=fullbody.Verner98(rtol=1e-14, atol=1e-14)
-    )
+    flight = hundred.fly(fullbody.Particles(x, v), output="ends", integrator=fullbody.Verner98(rtol=1e-14, atol=1e-14))
     first = jacobi(0.01, hundred(0.0), x, v)
     last = jacobi(0.01, hundred(100.0 * TURN), flight.position[-1], flight.velocity[-1])
     assert set(flight.fate) == {"flying"}
@@ -63,7 +61,7 @@ def test_frequencies_about_l4(hundred):
     c, s = np.cos(times), np.sin(times)
     turned = np.stack([c * flight.position[:, 0, 0].T + s * flight.position[:, 0, 1].T], axis=1)[:, 0] - point[0]
     # Four terms of a linear recurrence have the frequencies as the arguments of its roots (Prony's method).
-    step = 40
+    step = 8
     signal = turned[::step]
     rows = np.stack([signal[k : len(signal) - 4 + k] for k in range(5)], axis=1)
     middle = rows[:, 1] + rows[:, 3]
@@ -80,7 +78,7 @@ def kw4():
 
 def test_a_particle_flies_as_a_body_of_next_to_no_mass():
     system, state = kw4()
-    x, v = np.array([[3.0, 1.0, 0.4], [-1.5, 0.2, -0.6]]), np.array([[-0.2, 0.7, 0.1], [0.1, -1.1, 0.2]])
+    x, v = np.array([[4.0, 1.0, 0.4], [-1.4, 0.2, 0.0]]), np.array([[-0.2, 0.6, 0.1], [-0.2, -1.2, 0.1]])
     tiny = [fullbody.Body(fullbody.PointMass(), mass=1e-18, name=name) for name in "PQ"]
     many = fullbody.System([*system.bodies, *tiny], G=system.G)
     still = np.array([[1.0, 0.0, 0.0, 0.0]] * 2)
@@ -170,7 +168,18 @@ def test_composites_and_polyhedra_pull_particles():
     ellipsoid = fullbody.Ellipsoid(1.0, 0.8, 0.6)
     parts = [fullbody.Part(ellipsoid, mass=0.5, position=(x, 0.0, 0.0)) for x in (-1.2, 1.2)]
     cube = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.5
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
+    faces = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+    ]
     faces += [[1, 5, 7], [1, 7, 3]]
     bodies = [
         fullbody.Body(fullbody.Composite(parts), name="A"),
@@ -181,7 +190,9 @@ def test_composites_and_polyhedra_pull_particles():
     spin = [[0.1, 0.0, 0.3], [0.0, 0.2, 0.1], [0.0, 0.0, 0.0]]
 
     def state(count):
-        return fullbody.State(position=x[:count], velocity=v[:count], attitude=[[1, 0, 0, 0]] * count, spin=spin[:count])
+        return fullbody.State(
+            position=x[:count], velocity=v[:count], attitude=[[1, 0, 0, 0]] * count, spin=spin[:count]
+        )
 
     expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(3), 5.0, "ends").position[-1, 2]
     flight = fullbody.System(bodies, G=1.0).fly(state(2), fullbody.Particles(x[2:], v[2:]), 5.0, "ends")
