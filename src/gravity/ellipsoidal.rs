@@ -30,6 +30,8 @@ pub struct Ellipsoidal {
     series: FarSeries,
     /// The forms of the field, and the squares of the distances from which on they hold, from the nearest.
     forms: Vec<(f64, Form)>,
+    /// A few of them, for lanes that each take their own.
+    apart: Vec<(f64, Form)>,
 }
 
 /// How the field is computed.
@@ -59,7 +61,11 @@ impl Ellipsoidal {
             Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Far(FarCut::default()))],
         };
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
-        Self { inverse_unit: 1.0 / unit, scales, series, forms }
+        let first = forms.iter().position(|(_, form)| matches!(form, Form::Far(_))).unwrap_or(0);
+        let few = forms[first..].iter().step_by(4);
+        let apart =
+            if first > 0 { forms[..1].iter().chain(few).copied().collect() } else { few.copied().collect() };
+        Self { inverse_unit: 1.0 / unit, scales, series, forms, apart }
     }
 
     /// Gravity at points of the frame of the sorted axes. The form that the nearest one needs serves all of them. Results that
@@ -68,6 +74,28 @@ impl Ellipsoidal {
     pub fn at<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
         let x = self.in_unit(x);
         self.by(self.form(dot(x, x).reduce_min()), x)
+    }
+
+    /// The field alone, in each lane by the form that its own distance needs: what a lane gets does not depend on the others.
+    #[inline(always)]
+    pub fn field_apart<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let x = self.in_unit(x);
+        let square = dot(x, x);
+        let [nearest, farthest] = [square.reduce_min(), square.reduce_max()];
+        let mut field = [square.constant(0.0); 3];
+        for (index, &(from, form)) in self.apart.iter().enumerate() {
+            let to = self.apart.get(index + 1).map_or(f64::INFINITY, |next| next.0);
+            // A NaN is left to the first form.
+            if to <= nearest || (index > 0 && from > farthest) {
+                continue;
+            }
+            let own = self.by(form, x).field;
+            let begin = square.constant(from);
+            for k in 0..3 {
+                field[k] = square.if_less(begin, field[k], own[k]);
+            }
+        }
+        field
     }
 
     #[inline(always)]

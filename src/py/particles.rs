@@ -2,13 +2,14 @@
 
 use super::arrays::{array, from_vectors, vectors};
 use super::descriptions::from_python;
-use super::listening::Listener;
+use super::listening::{Listener, listening};
 use super::runs::{PyDense, Sampling};
-use super::systems::PySystem;
+use super::systems::{PyState, PySystem};
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::particles::{
-    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface, Watch,
+    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface,
+    Watch, visible_from,
 };
 use crate::trajectory::{Integrator, Output, Progress};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
@@ -77,7 +78,8 @@ pub fn fly<'py>(
     };
     let radiation = radiation.map(|(by, strength, radius)| Radiation { by, strength, radius });
     let listener = Arc::new(Listener::default());
-    let watches = watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
+    let watches =
+        watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
     let mut flying: Vec<Particle> = positions
         .iter()
         .zip(&velocities)
@@ -131,6 +133,23 @@ pub fn surface<'py>(
     Ok((from_vectors(py, &places)?, from_vectors(py, &normals)?))
 }
 
+/// The visible part (P,) of a third body's disc from places (P, 3) in a state.
+#[pyfunction]
+pub fn visible<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    state: &PyState,
+    radiation: (String, f64, f64),
+    points: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Array<'py>> {
+    let (by, strength, radius) = radiation;
+    let (radiation, points) = (Radiation { by, strength, radius }, vectors("points", &points)?);
+    let parts =
+        listening(py, |patience| visible_from(&system.inner, &state.inner, &radiation, &points, patience))?;
+    let count = parts.len();
+    array(py, parts, &[count])
+}
+
 /// What was recorded, as arrays by their names.
 fn arrays<'py>(
     py: Python<'py>,
@@ -158,7 +177,10 @@ fn arrays<'py>(
     let fates: Vec<i8> = particles.iter().map(|particle| number(particle.end.fate)).collect();
     dict.set_item("fate", numpy::PyArray1::from_vec(py, fates))?;
     let body = |particle: &Particle| particle.end.body.map_or(-1, |body| body as i32);
-    dict.set_item("fate_body", numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()))?;
+    dict.set_item(
+        "fate_body",
+        numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()),
+    )?;
     let strikes: Vec<u32> = particles.iter().map(|particle| particle.strikes).collect();
     dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
     let happened = flown.happened;
