@@ -11,7 +11,6 @@ import time
 
 import fullbody
 import numpy as np
-from fullbody import _core
 from fullbody.systems import kw4_ho2021
 
 
@@ -50,11 +49,11 @@ def field():
     vertices, faces = globe(26, 40, (1.0, 0.9, 0.8))
     points = np.random.default_rng(0).normal(size=(500, 3))
     points *= 1.5 / np.linalg.norm(points, axis=1)[:, None]
-    ours = _core.Polyhedron(vertices, faces)
-    ours.gravity(points[:1], True)
+    body = fullbody.Body(fullbody.Polyhedron(vertices, faces), mass=1.0)
+    body.gravity(points[:1], G=1.0)
     pairs = len(points) * len(faces)
     print(f"field of {len(faces)} faces, ns a point and face:")
-    print(f"  fullbody            {best(lambda: ours.gravity(points, True)) / pairs * 1e9:8.1f}")
+    print(f"  fullbody            {best(lambda: body.gravity(points, G=1.0)) / pairs * 1e9:8.1f}")
     try:
         import polyhedral_gravity as peer
     except ModuleNotFoundError:

@@ -31,6 +31,7 @@ from .errors import (
 )
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
@@ -87,6 +88,7 @@ __all__ = [
     "Energy",
     "ForceFailed",
     "FullbodyError",
+    "Gravity",
     "InconsistentInput",
     "Interactions",
     "Interrupted",

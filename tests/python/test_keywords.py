@@ -24,6 +24,7 @@ RESULTS = {
     *(
         fullbody.Dense,
         fullbody.Energy,
+        fullbody.Gravity,
         fullbody.Interactions,
         fullbody.Invariants,
         fullbody.Loads,

@@ -34,6 +34,7 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "angular momentum": (2, -1, 1, 0),
     "potential": (2, -2, 0, 0),
     "acceleration": (1, -2, 0, 0),
+    "gravity gradient": (0, -2, 0, 0),
     "angular acceleration": (0, -2, 0, 1),
     "pressure": (-1, -2, 1, 0),
     "G": (3, -2, -1, 0),
