@@ -1,6 +1,6 @@
 //! The gravity of bodies at points.
 
-use super::arrays::{array, rows, vectors};
+use super::arrays::{rows, vectors};
 use super::bodies::PyBody;
 use super::listening::listening;
 use crate::error::Error;
@@ -10,7 +10,7 @@ use crate::math::lanes::VectorPath;
 use crate::math::rotation;
 use crate::names::Named;
 use crate::patience::Patience;
-use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
+use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pulp::Arch;
 use pyo3::prelude::*;
 
@@ -73,14 +73,20 @@ impl PyAttraction {
         let (positions, attitudes) = (vectors("positions", &positions)?, rows::<4>("attitudes", &attitudes)?);
         let query = Query { positions, attitudes, states, points, shape: &shape, body };
         let count = states.len();
+        // Memory of numpy's own comes in large pages, which many points are filled in the faster for.
+        let zeros = |shape: &[usize]| PyArrayDyn::<f64>::zeros(py, shape, false);
         if gradient {
-            let mut all = vec![0.0; 9 * count];
-            listening(py, |patience| self.each(&query, Wanted::Gradient(&mut all), patience))?;
-            return Ok(vec![array(py, all, &[count, 3, 3])?]);
+            let all = zeros(&[count, 3, 3]);
+            let mut write = all.try_readwrite()?;
+            let wanted = Wanted::Gradient(write.as_slice_mut()?);
+            listening(py, |patience| self.each(&query, wanted, patience))?;
+            return Ok(vec![all]);
         }
-        let (mut potential, mut field) = (vec![0.0; count], vec![0.0; 3 * count]);
-        listening(py, |patience| self.each(&query, Wanted::Field(&mut potential, &mut field), patience))?;
-        Ok(vec![array(py, potential, &[count])?, array(py, field, &[count, 3])?])
+        let (potential, field) = (zeros(&[count]), zeros(&[count, 3]));
+        let (mut first, mut second) = (potential.try_readwrite()?, field.try_readwrite()?);
+        let wanted = Wanted::Field(first.as_slice_mut()?, second.as_slice_mut()?);
+        listening(py, |patience| self.each(&query, wanted, patience))?;
+        Ok(vec![potential, field])
     }
 }
 
