@@ -4,7 +4,7 @@
 //! together, and within the lanes no point looks at another.
 
 use super::body_field::{BodyField, Kind, PartField, Polyhedral, columns};
-use super::ellipsoidal::{Ellipsoidal, MOST_FORMS, turned};
+use super::ellipsoidal::{Ellipsoidal, Gravity, MOST_FORMS, turned};
 use crate::error::{Error, Result, require_finite};
 use crate::math::lanes::{BLOCK, Lanes, dot, load_vector, minus, splat_vector};
 use crate::math::{Mat3, Vec3};
@@ -268,9 +268,12 @@ impl<const GRADIENT: bool> WithSimd for Block<'_, GRADIENT> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { attractors, points, room } = self;
         let count = points.len();
-        for (i, column) in room.points.iter_mut().enumerate() {
-            column.iter_mut().zip(points).for_each(|(value, point)| *value = point[i]);
-            // The last point fills the lanes.
+        let [x, y, z] = &mut room.points;
+        for (((x, y), z), point) in x.iter_mut().zip(y).zip(z).zip(points) {
+            (*x, *y, *z) = (point[0], point[1], point[2]);
+        }
+        // The last point fills the lanes.
+        for column in &mut room.points {
             let last = column[count - 1];
             column[count..count.next_multiple_of(BLOCK)].fill(last);
         }
@@ -328,28 +331,18 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
             from[i].store(&mut room.local[i], block);
         }
     }
-    let level = room.levels[0];
-    if room.levels[..count].iter().all(|other| *other == level) {
+    let nearest = nearest.reduce_min();
+    if nearest == farthest.reduce_max() {
         let blocks = 0..count.div_ceil(lanes);
-        evaluate::<S, GRADIENT>(
-            simd,
-            ellipsoidal,
-            level as usize,
-            turn,
-            &room.local,
-            blocks,
-            &mut room.found,
-        );
-        for (column, found) in room.out.iter_mut().zip(&room.found).take(width(GRADIENT)) {
-            column.iter_mut().zip(found).take(count).for_each(|(sum, value)| *sum += value);
-        }
-        return;
+        let Room { local, out, .. } = room;
+        return evaluate::<S, GRADIENT>(simd, ellipsoidal, nearest as usize, turn, local, blocks, out);
     }
     let runs = sort(&room.levels[..count], lanes, &mut room.order);
     for (sorted, local) in room.sorted.iter_mut().zip(&room.local) {
         let order = &room.order[..runs[MOST_FORMS - 1].end.next_multiple_of(lanes)];
         sorted.iter_mut().zip(order).for_each(|(to, from)| *to = local[*from as usize]);
     }
+    room.found.iter_mut().take(width(GRADIENT)).for_each(|column| column.fill(0.0));
     for (level, Range { start, end }) in runs.into_iter().enumerate() {
         let blocks = start / lanes..end.div_ceil(lanes);
         evaluate::<S, GRADIENT>(simd, ellipsoidal, level, turn, &room.sorted, blocks, &mut room.found);
@@ -361,7 +354,7 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     }
 }
 
-/// Blocks of lanes by one form.
+/// Adds what there is at blocks of lanes, by one form.
 #[inline(always)]
 fn evaluate<S: Simd, const GRADIENT: bool>(
     simd: S,
@@ -370,20 +363,16 @@ fn evaluate<S: Simd, const GRADIENT: bool>(
     turn: &Mat3,
     y: &[Vec<f64>; 3],
     blocks: Range<usize>,
-    found: &mut [Vec<f64>; 6],
+    out: &mut [Vec<f64>; 6],
 ) {
+    let Some(&(_, form)) = ellipsoidal.forms.get(level) else { return };
+    let zero = Lanes::splat(simd, 0.0);
     for block in blocks {
-        let gravity =
-            ellipsoidal.by(ellipsoidal.forms[level].1, load_vector(simd, y, block)).turned_back(turn);
-        if GRADIENT {
-            for k in 0..6 {
-                gravity.gradient[k].store(&mut found[k], block);
-            }
-        } else {
-            gravity.potential.store(&mut found[0], block);
-            for i in 0..3 {
-                gravity.field[i].store(&mut found[1 + i], block);
-            }
+        let Gravity { potential, field: [x, y, z], gradient } =
+            ellipsoidal.by(form, load_vector(simd, y, block)).turned_back(turn);
+        let found = if GRADIENT { gradient } else { [potential, x, y, z, zero, zero] };
+        for k in 0..width(GRADIENT) {
+            (Lanes::load(simd, &out[k], block) + found[k]).store(&mut out[k], block);
         }
     }
 }
