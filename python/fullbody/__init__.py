@@ -57,7 +57,7 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import plots, view
+    from . import fields, plots, view
 
     __version__: str
 else:
@@ -66,7 +66,7 @@ else:
         if name == "__version__":
             return version()
         # Not every run is drawn.
-        if name in ("plots", "view"):
+        if name in ("fields", "plots", "view"):
             from importlib import import_module
 
             return import_module(f".{name}", __name__)
@@ -123,6 +123,7 @@ __all__ = [
     "binary",
     "ensembles",
     "events",
+    "fields",
     "forces",
     "frames",
     "from_rebound",

@@ -22,6 +22,7 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "time": (0, 1, 0, 0),
     "mass": (0, 0, 1, 0),
     "density": (-3, 0, 1, 0),
+    "area": (2, 0, 0, 0),
     "volume": (3, 0, 0, 0),
     "inertia": (2, 0, 1, 0),
     "velocity": (1, -1, 0, 0),

@@ -409,21 +409,16 @@ class BaseSystem(Tabled):
         core = self._strip(state)
         if len(core.position) != len(self):
             raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(self)}, as in the system")
-        return self._gravity(core.position[None], core.attitude[None], points_in(points, self._units), body)
+        place = None if body is None else self._place(body, "body")
+        pose = core.position[None], core.attitude[None]
+        return gravity_at(self._attracting, *pose, points_in(points, self._units), self._units, place)
 
-    def _gravity(
-        self,
-        positions: npt.NDArray[np.float64],
-        attitudes: npt.NDArray[np.float64],
-        points: npt.NDArray[np.float64],
-        body: int | str | None,
-        states: npt.NDArray[np.int64] | None = None,
-    ) -> Gravity:
-        """As :func:`fullbody.model.gravity.gravity_at`."""
+    @property
+    def _attracting(self) -> _core.Attraction:
+        """The bodies' gravity, made at the first use."""
         if self._attraction is None:
             self._attraction = _core.Attraction(self._core_bodies(), self._G, self._options["vector_path"])
-        place = None if body is None else self._place(body, "body")
-        return gravity_at(self._attraction, positions, attitudes, points, self._units, place, states)
+        return self._attraction
 
     def _core_bodies(self) -> list[_core.Body]:
         """The bodies in the system's units."""

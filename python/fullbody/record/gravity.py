@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput
-from ..model.gravity import Gravity, points_in
+from ..model.gravity import Gravity, gravity_at, points_in
 
 if TYPE_CHECKING:
     from .base import BaseRun
@@ -26,14 +26,10 @@ def gravity(run: BaseRun, time: Any, points: Any, body: int | str | None) -> Gra
         shapes = f"times of shape {times.shape} and points of shape {array.shape}"
         raise InvalidInput(f"{shapes} do not go together; expected shapes that numpy broadcasts") from error
     asked, states = np.unique(times, return_inverse=True)
-    positions, attitudes = _poses(run, asked)
-    return run.system._gravity(
-        positions,
-        attitudes,
-        np.broadcast_to(array, (*shape, 3)),
-        body,
-        np.broadcast_to(states.reshape(times.shape), shape),
-    )
+    place = None if body is None else run.system._place(body, "body")
+    of = np.broadcast_to(states.reshape(times.shape), shape)
+    poses = _poses(run, asked)
+    return gravity_at(run.system._attracting, *poses, np.broadcast_to(array, (*shape, 3)), units, place, of)
 
 
 def _poses(run: BaseRun, times: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
