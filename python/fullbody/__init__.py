@@ -31,6 +31,7 @@ from .errors import (
 )
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
@@ -56,7 +57,7 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import plots, spice, view
+    from . import fields, plots, spice, view
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
@@ -68,7 +69,7 @@ else:
         # Not every run is drawn or handed on.
         from importlib import import_module
 
-        if name in ("plots", "spice", "view"):
+        if name in ("fields", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
         if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
             return getattr(import_module(".peers", __name__), name)
@@ -91,6 +92,7 @@ __all__ = [
     "Flight",
     "ForceFailed",
     "FullbodyError",
+    "Gravity",
     "InconsistentInput",
     "Interactions",
     "Interrupted",
@@ -126,6 +128,7 @@ __all__ = [
     "binary",
     "ensembles",
     "events",
+    "fields",
     "forces",
     "frames",
     "from_rebound",

@@ -11,6 +11,7 @@ _Array = npt.NDArray[np.float64]
 _Axes = tuple[float, float, float]
 
 __all__ = [
+    "Attraction",
     "Body",
     "Condition",
     "Dense",
@@ -21,7 +22,6 @@ __all__ = [
     "cartesian_to_elements",
     "elements_to_cartesian",
     "fly",
-    "gravity",
     "integrate_many",
     "period",
     "quaternion_of_tait_bryan",
@@ -32,6 +32,20 @@ __all__ = [
     "vector_paths",
     "visible",
 ]
+
+@final
+class Attraction:
+    def __new__(cls, bodies: list[Body], gravitational_constant: float, vector_path: str) -> Attraction: ...
+    def gravity(
+        self,
+        positions: _Array,
+        attitudes: _Array,
+        states: npt.NDArray[np.int64],
+        points: _Array,
+        shape: list[int],
+        body: int | None,
+        gradient: bool,
+    ) -> list[_Array]: ...
 
 @final
 class Body:
@@ -79,7 +93,6 @@ class Polyhedron:
     def inertia_per_mass(self) -> _Array: ...
     @property
     def circumradius(self) -> float: ...
-    def gravity(self, points: _Array, surface: bool) -> tuple[_Array, _Array, _Array]: ...
 
 @final
 class State:
@@ -293,7 +306,6 @@ def fly(
 def surface(system: System, body: int, directions: _Array) -> tuple[_Array, _Array]: ...
 def visible(system: System, state: State, radiation: tuple[str, float, float], points: _Array) -> _Array: ...
 def tolerance(rtol: float, atol: float) -> tuple[float, float]: ...
-def gravity(body: Body, gravitational_constant: float, points: _Array, inside: bool) -> tuple[_Array, _Array]: ...
 def elements_to_cartesian(values: _Array, mu: float) -> tuple[_Array, _Array]: ...
 def cartesian_to_elements(position: _Array, velocity: _Array, mu: float) -> _Array: ...
 def period(values: _Array, mu: float) -> _Array: ...

@@ -15,21 +15,23 @@
 //! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
 
 mod anywhere;
+mod body_field;
 mod ellipsoidal;
-mod exterior;
 mod far;
 mod layer;
 mod layer_pull;
+mod many;
 mod near;
 mod polyhedral;
 mod pull;
 
 pub use anywhere::Anywhere;
+pub use body_field::BodyField;
 pub use ellipsoidal::{Ellipsoidal, Gravity, turned, turned_back};
-pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
 pub use layer_pull::LayerPull;
+pub use many::{Attractor, Points, Wanted};
 pub use near::{Near, kappa};
 pub use polyhedral::{Facets, PolyhedralField};
 pub use pull::{BodyPull, ExtendedPull};

@@ -44,9 +44,11 @@ impl Near {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let [a2, b2, c2] = self.squares;
         let level = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
-        let outside = level.if_less(c(1.0), c(0.0), c(1.0));
+        // Points meant to lie on the surface may round to just inside it.
+        let surface = c(1.0 - 1e-12);
+        let outside = level.if_less(surface, c(0.0), c(1.0));
         // In place of a point inside the end of the longest axis, where the iteration is at its end.
-        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(c(1.0), c(inner), x2);
+        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(surface, c(inner), x2);
         let kappa =
             root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
         let (phi, field) = self.beyond(x2, kappa);
