@@ -7,7 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Part, PointMass, Polyhedron, Sphere
-from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose
+from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose, with_more_faces
 from support import DATA, matrix
 
 
@@ -172,10 +172,11 @@ def test_what_is_not_done_is_refused():
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Sphere(0.3), mass=0.2, name="B")]
     with pytest.raises(fullbody.InvalidInput, match="beside A, a polyhedron"):
         fullbody.System(bodies, G=1.0, order=(8, 8))
-    touching = [Body(octahedron(1.0, 1.0, 1.0), mass=1.0, name=name) for name in "AB"]
-    state = fullbody.State([[0.0] * 3, [2.0 + 1e-9, 0.0, 0.0]], np.zeros((2, 3)), attitude=[[1.0, 0, 0, 0]] * 2)
-    with pytest.raises(fullbody.NotConverged, match="over the faces"):
-        fullbody.System(touching, G=1.0).interactions(state)
+    # Faces so near to each other that each point of one is near to an edge of the other.
+    flat = [Body(with_more_faces(with_more_faces(box(1.0, 1.0, 1.0))), mass=1.0, name=name) for name in "AB"]
+    state = fullbody.State([[0.0] * 3, [1.0 + 1e-12, 0.0, 0.0]], np.zeros((2, 3)), attitude=[[1.0, 0, 0, 0]] * 2)
+    with pytest.raises(fullbody.NotConverged, match=r"over the faces of A, beside B, .* 1e8 evaluations"):
+        fullbody.System(flat, G=1.0).interactions(state)
 
 
 @pytest.mark.parametrize(
