@@ -54,7 +54,9 @@ impl Pair {
             order,
             degree: memory.degree as usize,
             carrier,
+            points: nodes.len(),
             nodes,
+            begins: Vec::new(),
             kernel,
             valid_from: memory.valid_from,
         });
@@ -279,7 +281,9 @@ impl Pair {
         let everywhere = nodes.len() == 1 && field.focal_axes()[0] == 0.0 && field.polyhedron().is_none();
         let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
         let kernel = self.kernel_of(integrated, valid_from, patience)?;
-        self.rule = Some(Rule { integrated, order, degree, carrier, nodes, kernel, valid_from });
+        let (points, begins) = (nodes.len(), Vec::new());
+        self.rule =
+            Some(Rule { integrated, order, degree, carrier, nodes, points, begins, kernel, valid_from });
         Ok(())
     }
 
