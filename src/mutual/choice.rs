@@ -234,17 +234,7 @@ impl Pair {
     }
 
     fn order(&self, integrated: usize, degrees: [usize; 2]) -> Order {
-        self.order_for(self.carriers[integrated], degrees)
-    }
-
-    /// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
-    pub(super) fn order_for(&self, carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
-        match carrier {
-            Carrier::Pressures => Order::surface(degree),
-            // The density is of degree 2, the field's moments are by one higher than the potential's.
-            Carrier::Surface(_) => Order::surface(degree + 3),
-            _ => Order::focal([degree, radial]),
-        }
+        order_for(self.carriers[integrated], degrees)
     }
 
     /// Puts the rule in force that is exact to one degree in all directions.
@@ -319,5 +309,15 @@ impl Pair {
             (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
             (cut, _) => Kernel::Far(cut.unwrap_or_default()),
         }
+    }
+}
+
+/// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
+pub(super) fn order_for(carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
+    match carrier {
+        Carrier::Pressures => Order::surface(degree),
+        // The density is of degree 2, the field's moments are by one higher than the potential's.
+        Carrier::Surface(_) => Order::surface(degree + 3),
+        _ => Order::focal([degree, radial]),
     }
 }
