@@ -56,7 +56,7 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import plots, view
+    from . import analysis, plots, view
 
     __version__: str
 else:
@@ -64,8 +64,8 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn.
-        if name in ("plots", "view"):
+        # Not every run is drawn or analysed.
+        if name in ("analysis", "plots", "view"):
             from importlib import import_module
 
             return import_module(f".{name}", __name__)
@@ -118,6 +118,7 @@ __all__ = [
     "Verner98",
     "WorkingFrame",
     "__version__",
+    "analysis",
     "binary",
     "ensembles",
     "events",

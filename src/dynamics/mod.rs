@@ -10,6 +10,7 @@ mod layout;
 mod parameter;
 mod rejected;
 mod rotor;
+mod slope;
 mod splitting;
 mod state;
 mod system;
