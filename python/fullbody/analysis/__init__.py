@@ -3,13 +3,21 @@
 Everything here needs scipy: ``pip install fullbody[analysis]``.
 """
 
+from .branch import Branch, Fold, branch
 from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium
+from .least import Equilibria, Touching, equilibria
 from .modes import Modes
 
 __all__ = [
+    "Branch",
+    "Equilibria",
+    "Fold",
     "Modes",
     "RelativeEquilibrium",
+    "Touching",
     "averaged",
+    "branch",
+    "equilibria",
     "relative_equilibrium",
 ]
 

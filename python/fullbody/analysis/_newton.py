@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -11,7 +12,7 @@ from ..errors import BodiesOverlap, NotConverged
 from ._linear import Rotation
 from ._pair import Array, Pair, Pose, cross
 
-__all__ = ["Condition", "Kind", "Problem", "converged"]
+__all__ = ["Condition", "Kind", "Problem", "converged", "corrected"]
 
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 
@@ -110,7 +111,7 @@ class Problem:
             found[9] = self.pair.mass * across @ across
             for k in range(2):
                 pole = pose.rotation[k][2]
-                turned, spun = self._turning(rotation, k)
+                spun = self._turning(rotation, k)[1]
                 found += (pole * self.pair.inertia[k]) @ spun
                 found[3 + 3 * k : 6 + 3 * k] += rotation.momenta[k] @ cross(pole)
         return found
@@ -122,14 +123,21 @@ class Problem:
         rate = np.sqrt(force / (self.pair.mass * d))
         return np.repeat([force, force * d], [3, 6]), np.repeat([d, 1.0, rate], [3, 6, 1])
 
-    def matrix(self, rotation: Rotation) -> Array:
-        """Slopes (9 + S, 10) in these units, with a row for each symmetry, along which nothing is to change."""
+    def equations(self, rotation: Rotation) -> tuple[Array, Array]:
+        """Slopes (9 + S, 10) in these units, with a row for each symmetry, along which nothing is to change; and what is
+        missing (9 + S,). Torques are in units in which they change by about one in a radian.
+        """
         rows, columns = self.scales(rotation)
-        slopes = self.slopes(rotation) * columns / rows[:, np.newaxis]
+        slopes = self.slopes(rotation) * columns
+        for k in range(2):
+            if self.axes[k] != 3:
+                rows[3 + 3 * k : 6 + 3 * k] = np.abs(slopes[3 + 3 * k : 6 + 3 * k]).max()
+        slopes /= rows[:, np.newaxis]
         still = rotation.symmetries() / columns[:9, np.newaxis]
         gauge = np.zeros((still.shape[1], 10))
         gauge[:, :9] = np.linalg.qr(still)[0].T
-        return np.concatenate([slopes, gauge])
+        missing = np.concatenate([self.residual(rotation) / rows, np.zeros(len(gauge))])
+        return np.concatenate([slopes, gauge]), missing
 
 
 def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotation:
@@ -141,36 +149,63 @@ def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotati
         Where the matrix of the steps is nearly singular, as at a fold in the quantity, and where nothing is found.
     BodiesOverlap
     """
-    rotation, size = guess, np.inf
-    wanted = f"a relative equilibrium of {condition.kind.replace('_', ' ')} {condition.value:.9g}"
-    tried = 0
-    while tried < _STEPS:
-        tried += 1
-        rows, columns = problem.scales(rotation)
-        unit = max(abs(condition.value), abs(problem.quantity_slope(condition.kind, rotation) * columns).max())
-        missing = np.zeros(len(columns) + rotation.symmetries().shape[1])
-        missing[:9] = problem.residual(rotation) / rows
-        missing[-1] = (problem.quantity(condition.kind, rotation) - condition.value) / unit
+
+    def row(rotation: Rotation, columns: Array) -> tuple[Array, float]:
+        slope = problem.quantity_slope(condition.kind, rotation) * columns
+        unit = max(abs(condition.value), np.abs(slope).max())
+        return slope / unit, (problem.quantity(condition.kind, rotation) - condition.value) / unit
+
+    quantity = condition.kind.replace("_", " ")
+    return _solved(problem, guess, row, f"{quantity} {condition.value:.9g}", quantity)
+
+
+def corrected(problem: Problem, rotation: Rotation, tangent: Array, length: float) -> Rotation:
+    """The uniform rotation across from where a step (10,) in units of :meth:`Problem.scales` leads to.
+
+    Raises
+    ------
+    NotConverged, BodiesOverlap
+        Where the step is too long.
+    """
+    if length == 0.0:
+        return rotation
+    step = length * tangent * problem.scales(rotation)[1]
+    guess = problem.rotation(rotation.pose.moved(step[:9]), rotation.rate + step[9])
+    return _solved(problem, guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
+
+
+def _solved(
+    problem: Problem,
+    rotation: Rotation,
+    row: Callable[[Rotation, Array], tuple[Array, float]],
+    wanted: str,
+    quantity: str,
+    most: int = _STEPS,
+) -> Rotation:
+    """Newton's method with one more equation, given by its row (10,) and what is missing to it."""
+    size = np.inf
+    for _ in range(most):
+        _, columns = problem.scales(rotation)
+        last, lack = row(rotation, columns)
+        matrix, missing = problem.equations(rotation)
+        matrix, missing = np.concatenate([matrix, [last]]), np.append(missing, lack)
         before, size = size, float(np.abs(missing).max())
         if size <= _ROUNDING or (size <= _SOLVED and size >= 0.5 * before):
             return rotation
-        matrix = np.concatenate(
-            [problem.matrix(rotation), [problem.quantity_slope(condition.kind, rotation) * columns / unit]]
-        )
         left, values, right = np.linalg.svd(matrix, full_matrices=False)
         if values[-1] <= _SINGULAR * values[0]:
             raise NotConverged(
-                f"{wanted}: the matrix of Newton's step is singular (condition {values[0] / max(values[-1], 1e-300):.2g}), "
-                f"as at a fold in {condition.kind.replace('_', ' ')}; expected another quantity to be given, or a start "
-                "away from it"
+                f"a relative equilibrium of {wanted}: the matrix of Newton's step is singular (condition "
+                f"{values[0] / max(values[-1], 1e-300):.2g}), as at a fold in {quantity}; expected another quantity to be "
+                "given, or a start away from it"
             )
         step = -right.T @ ((left.T @ missing) / values)
         step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
         rotation = _moved(problem, rotation, step * columns)
     raise NotConverged(
-        f"{wanted}: not found in {_STEPS} steps of Newton's method, forces are out of balance by {size:.2g} of their "
-        "size; there may be none of this kind (fullbody.analysis.equilibria lists those of an angular momentum), or the "
-        "start is too far from it"
+        f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance by "
+        f"{size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
+        "angular momentum), or the start is too far from it"
     )
 
 

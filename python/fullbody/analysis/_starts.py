@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from itertools import permutations, product
 from typing import TypeAlias
 
@@ -21,9 +22,10 @@ __all__ = ["Axes", "aligned", "alignments", "contact", "long_axes", "rotation_at
 Axes: TypeAlias = tuple[tuple[int, int], tuple[int, int]]
 
 #: Ratio of neighbouring separations that are looked at, and of the farthest one to that of contact.
-_RATIO, _FARTHEST = 1.08, 100.0
+_RATIO, _FARTHEST = 1.12, 100.0
 
 
+@cache
 def _attitude(line: int, pole: int) -> Array:
     """The quaternion that puts a body axis along x and another one along z."""
     matrix = np.zeros((3, 3))
@@ -115,12 +117,19 @@ def scan(problem: Problem, axes: Axes, until: float = 0.0) -> Scan:
         distance = 1e-2 * until**2 / (pair.mass * pair.strength) if until else 1.0
     farthest = _FARTHEST * max(distance, until**2 / (pair.mass * pair.strength))
     found: list[tuple[float, float]] = []
-    while distance <= farthest:
+
+    def look(distance: float) -> None:
         rotation = rotation_at(problem, aligned(axes, distance))
         if rotation is not None:
             found.append((distance, float(rotation.angular_momentum[2])))
-            if len(found) > 1 and found[-1][1] > max(until, found[-2][1]):
-                break
-        distance *= _RATIO if len(found) > 1 else 1.01
-    d, j = np.array(found).reshape(-1, 2).T
+
+    while distance <= farthest and not (len(found) > 1 and found[-1][1] > max(until, found[-2][1])):
+        look(distance)
+        distance *= _RATIO if found else 1.01
+    for (a, j), (b, k), (c, l) in zip(found, found[1:], found[2:], strict=False):
+        # Near its least value a parabola tells whether the angular momentum falls below the value between two looks.
+        if k < min(j, l):
+            slopes = (k - j) / (b - a), (l - k) / (c - b)
+            look((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))
+    d, j = np.array(sorted(found)).reshape(-1, 2).T
     return Scan(axes, d, j)
