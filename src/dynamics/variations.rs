@@ -13,13 +13,16 @@ use super::layout::vector;
 use super::{Dynamics, Parameter, State};
 use crate::error::Result;
 use crate::math::compensated::sum;
-use crate::math::lanes::{DEPTH, Product};
 use crate::math::{Mat3, Vec3};
 use crate::mutual::Jacobian;
 use crate::patience::Patience;
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// Numbers of a departure per body.
 pub const DEPARTURE: usize = 12;
+
+/// Numbers of a column that are multiplied at a time.
+const DEPTH: usize = 9;
 
 /// Units of work of a pair's Jacobian for each of its nodes.
 const GRADIENT: u64 = 2;
@@ -183,26 +186,12 @@ impl Variations {
     }
 
     /// The rates of change of a matrix of departures where [`Self::look`] was last. Allocates nothing.
-    pub fn rates(&self, arch: pulp::Arch, columns: &[f64], rates: &mut [f64]) {
+    pub fn rates(&self, arch: Arch, columns: &[f64], rates: &mut [f64]) {
         let (half, width) = (self.half(), self.width());
-        let (q, p) = columns.split_at(half * width);
-        let (rate_q, rate_p) = rates.split_at_mut(half * width);
-        rate_q.copy_from_slice(p);
-        arch.dispatch(Product { matrix: &self.matrix, stride: self.stride, columns: q, width, out: rate_p });
-        for body in 0..self.bodies {
-            let (spin, ratio, row) = (&self.spin[body], &self.ratios[body], self.turn(body));
-            for i in 0..3 {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                let at = |c: usize| (row + c) * width..(row + c + 1) * width;
-                // -(spin x theta) and -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
-                add(&mut rate_q[at(i)], -spin[j], &q[at(k)], spin[k], &q[at(j)]);
-                add(&mut rate_p[at(i)], -ratio[i] * spin[k], &p[at(j)], -ratio[i] * spin[j], &p[at(k)]);
-            }
-        }
-        let first = 2 * half;
+        arch.dispatch(Rates { variations: self, columns, rates });
         for (column, forcing) in self.forcing.chunks_exact(half).enumerate() {
             for (row, value) in forcing.iter().enumerate() {
-                rate_p[row * width + first + column] += value;
+                rates[(half + row) * width + 2 * half + column] += value;
             }
         }
     }
@@ -284,11 +273,76 @@ impl Variations {
     }
 }
 
-/// Adds two rows times factors to a row.
-fn add(out: &mut [f64], a: f64, x: &[f64], b: f64, y: &[f64]) {
-    for (out, (x, y)) in out.iter_mut().zip(x.iter().zip(y)) {
-        *out += a * x + b * y;
+/// The equations without the terms of parameters, over lanes of columns.
+struct Rates<'a> {
+    variations: &'a Variations,
+    columns: &'a [f64],
+    rates: &'a mut [f64],
+}
+
+impl WithSimd for Rates<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        if self.variations.width() < S::F64_LANES {
+            return self.by(Scalar);
+        }
+        self.by(simd);
     }
+}
+
+impl Rates<'_> {
+    #[inline(always)]
+    fn by<S: Simd>(self, simd: S) {
+        let Self { variations: v, columns, rates } = self;
+        let (half, width, lanes) = (v.half(), v.width(), S::F64_LANES);
+        let zero = simd.splat_f64s(0.0);
+        for first in (0..width).step_by(lanes) {
+            // The last lanes overlap those before.
+            let first = first.min(width - lanes);
+            let load =
+                |values: &[f64], row: usize| S::as_simd_f64s(&values[row * width + first..][..lanes]).0[0];
+            for k in 0..half {
+                let p = load(columns, half + k);
+                store::<S>(rates, k * width + first, p);
+            }
+            for block in (0..v.stride).step_by(DEPTH) {
+                let mut q = [zero; DEPTH];
+                for k in 0..DEPTH.min(half - block) {
+                    q[k] = load(columns, block + k);
+                }
+                for (row, weights) in v.matrix.chunks_exact(v.stride).enumerate() {
+                    let weights = &weights[block..block + DEPTH];
+                    let mut sum = if block == 0 { zero } else { load(rates, half + row) };
+                    for k in 0..DEPTH {
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[k]), q[k], sum);
+                    }
+                    store::<S>(rates, (half + row) * width + first, sum);
+                }
+            }
+            for body in 0..v.bodies {
+                let (spin, ratio, row) = (&v.spin[body], &v.ratios[body], v.turn(body));
+                for i in 0..3 {
+                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                    // -(spin x theta) and -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
+                    for (from, a, b) in
+                        [(0, spin[k], -spin[j]), (half, -ratio[i] * spin[k], -ratio[i] * spin[j])]
+                    {
+                        let mut sum = load(rates, from + row + i);
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(a), load(columns, from + row + j), sum);
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(b), load(columns, from + row + k), sum);
+                        store::<S>(rates, (from + row + i) * width + first, sum);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
+    S::as_mut_simd_f64s(&mut values[at..][..S::F64_LANES]).0[0] = lanes;
 }
 
 impl Dynamics {

@@ -9,6 +9,8 @@ use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::BLOCK;
+use crate::math::matrix::{times, times_transposed};
+use crate::math::rotation::turned;
 use crate::patience::{Patience, UNITS};
 use crate::quadrature::Order;
 use crate::shape::{Shape, growth};
@@ -293,8 +295,9 @@ impl Pair {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.canonical * rotation_field.transpose();
-        Roles { origin: to_field * separation, turn: to_field * rotation_set * set.canonical.transpose() }
+        let to_field = times_transposed(&field.canonical, rotation_field);
+        let turn = times_transposed(&times(&to_field, rotation_set), &set.canonical);
+        Roles { origin: turned(&to_field, &separation), turn }
     }
 }
 

@@ -220,6 +220,8 @@ class Simulation:
         autosave : (path, seconds), optional
             Writes the simulation to a file when the run begins, every so many seconds, and when it ends, whatever ends
             it; :meth:`load` goes on from it. A file that cannot be written ends the run with an OSError.
+        derivatives : bool or sequence of str
+            Derivatives are those by the state at which this call begins; files of the simulation hold none of them.
 
         Returns
         -------
@@ -384,6 +386,10 @@ class System(BaseSystem):  # noqa: D101
         autosave : (path, seconds), optional
             Writes the simulation to a file when the run begins, every so many seconds and when it ends;
             :meth:`fullbody.Simulation.load` goes on from it.
+        derivatives : bool or sequence of str
+            Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
+            differentiated beside that, for ``run.sensitivity``: ``"G"``, ``"mass of Alpha"``, ``"density of Alpha"``
+            (both at its shape). The motion has the same bits as without.
 
         Returns
         -------
