@@ -7,17 +7,20 @@ from .branch import Branch, Fold, branch
 from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium
 from .least import Equilibria, Touching, equilibria
 from .modes import Modes
+from .periodic import PeriodicOrbit, periodic_orbit
 
 __all__ = [
     "Branch",
     "Equilibria",
     "Fold",
     "Modes",
+    "PeriodicOrbit",
     "RelativeEquilibrium",
     "Touching",
     "averaged",
     "branch",
     "equilibria",
+    "periodic_orbit",
     "relative_equilibrium",
 ]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ._pair import Array, Pair, Pose, cross
 
-__all__ = ["Rotation", "complement", "kernel"]
+__all__ = ["Rotation", "complement", "even", "kernel"]
 
 
 def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
@@ -181,7 +181,7 @@ class Rotation:
         (2 M, 2 M) of their rates and of their energy.
         """
         units = self.units
-        still = kernel(_even(self.momentum_rows() * units))
+        still = kernel(even(self.momentum_rows() * units))
         basis = still @ complement(still.T @ (self.generators() / units[:, np.newaxis]))
         A = self.rates() * units / units[:, np.newaxis]
         Q = self.energy_form() * np.outer(units, units)
@@ -200,7 +200,7 @@ class Rotation:
         round_ones = [3 + 3 * k + c for k in range(2) if self.axes[k] == 3 for c in range(3)]
         kept = [9, 10, 11, *(12 + 3 * k + c for k in range(2) if self.axes[k] != 3 for c in range(3))]
         rows[:, round_ones], Q[round_ones], Q[:, round_ones] = 0.0, 0.0, 0.0
-        rows = _even(rows[np.any(rows[:, kept], axis=1)])
+        rows = even(rows[np.any(rows[:, kept], axis=1)])
         P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], rows[:, kept]
         # The momenta of least energy, given the pose: some that change no conserved momentum, and the best of the others.
         free, best = kernel(R), -np.linalg.pinv(R) @ rows[:, :9]
@@ -211,6 +211,6 @@ class Rotation:
         return values, (ways @ vectors) * units[:9, np.newaxis]
 
 
-def _even(rows: Array) -> Array:
+def even(rows: Array) -> Array:
     """Rows of length one."""
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)

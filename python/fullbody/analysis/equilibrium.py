@@ -227,7 +227,7 @@ def relative_equilibrium(
         raise InvalidInput("axes and start are both given; expected one of the two")
     given = _axes(pair, axes)
     if start is not None:
-        pose = _pose_of(pair, start)
+        pose = pose_of(pair, start, "start")[0]
     else:
         # The true separation is found below.
         pose = aligned(given, 2.0 * max(contact(pair, given), 1e-3))
@@ -314,25 +314,25 @@ def _guess(problem: Problem, pose: Pose) -> Rotation:
     return problem.rotation(pose, np.sqrt(inward) if inward > 0.0 else rate)
 
 
-def _pose_of(pair: Pair, start: State) -> Pose:
-    """The pose of a state in axes whose z is along the angular momentum."""
-    core = pair.system._strip(start)
+def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
+    """The pose of a state in axes whose z is along the angular momentum, and the matrix that turns vectors into them."""
+    core = pair.system._strip(state)
     if len(core.position) != 2:
-        raise InvalidInput(f"start has {len(core.position)} bodies; expected two")
+        raise InvalidInput(f"{what} has {len(core.position)} bodies; expected two")
     r = core.position[1] - core.position[0]
     v = core.velocity[1] - core.velocity[0]
     total = pair.mass * np.cross(r, v) + np.einsum("kij,kj->i", core.rotation_matrix, pair.inertia * core.spin)
     size = float(np.linalg.norm(total))
     if size == 0.0:
-        raise InvalidInput("start has no angular momentum, which gives the axis that all turns about; expected some")
+        raise InvalidInput(f"{what} has no angular momentum, which gives the axis that all turns about; expected some")
     z = total / size
     x = r - (r @ z) * z
     if np.linalg.norm(x) <= 1e-12 * np.linalg.norm(r):
-        raise InvalidInput("start has its bodies along its angular momentum; expected them beside it")
+        raise InvalidInput(f"{what} has its bodies along its angular momentum; expected them beside it")
     x /= np.linalg.norm(x)
     turn = np.array([x, np.cross(z, x), z])
     q = rotations.quaternion(turn)
-    return Pose(turn @ r, np.array([rotations.product(q, own) for own in core.attitude]))
+    return Pose(turn @ r, np.array([rotations.product(q, own) for own in core.attitude])), turn
 
 
 @named_options
