@@ -8,20 +8,25 @@ from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium
 from .least import Equilibria, Touching, equilibria
 from .modes import Modes
 from .periodic import PeriodicOrbit, periodic_orbit
+from .section import Frequencies, Section, frequencies, section
 
 __all__ = [
     "Branch",
     "Equilibria",
     "Fold",
+    "Frequencies",
     "Modes",
     "PeriodicOrbit",
     "RelativeEquilibrium",
+    "Section",
     "Touching",
     "averaged",
     "branch",
     "equilibria",
+    "frequencies",
     "periodic_orbit",
     "relative_equilibrium",
+    "section",
 ]
 
 

@@ -96,7 +96,7 @@ def rotation_vector(attitude: Array, other: Array) -> Array:
     w, *v = rotations.product(other * [1.0, -1.0, -1.0, -1.0], attitude)
     size = float(np.linalg.norm(v))
     angle = 2 * np.arctan2(size, abs(w))
-    return np.asarray(v) * np.sign(w or 1.0) * (angle / size if size > 0.0 else 2.0)
+    return np.array(v) * float(np.sign(w or 1.0) * (angle / size if size > 0.0 else 2.0))
 
 
 def momentum_rows(pair: Pair, point: Point) -> Array:

@@ -1,8 +1,8 @@
 """Small departures from uniform rotation: their rates, their energy, and what is left of both without symmetries.
 
-Departures have 18 numbers, each 9 in the order separation or its momentum, first body, second body: of the separation r,
-rotation vectors v_k of the bodies in their own frames, of p = m dr/dt, and of pi_k = I_k omega_k. They are counted in a
-frame that turns at Omega about z; the frame of a body that is not locked turns back at its spin s_k about its axis e_k.
+Departures have 18 numbers: of the separation r, rotation vectors v_k of the bodies in their own frames, of p = m dr/dt,
+and of pi_k = I_k omega_k. They are counted in a frame that turns at Omega about z; the frame of a body that is not
+locked turns back at its spin s_k about its axis e_k.
 """
 
 from __future__ import annotations
@@ -62,12 +62,13 @@ class Rotation:
         axis = self.axes[body]
         if axis is None or axis == 3:
             return np.asarray(self.pose.rotation[body].T @ [0.0, 0.0, 1.0])
-        return np.eye(3)[axis]
+        return np.asarray(np.eye(3)[axis])
 
     @property
     def spins(self) -> Array:
         """Angular velocities (2, 3) in the body frames."""
-        return self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
+        found: Array = self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
+        return found
 
     @property
     def momenta(self) -> Array:
@@ -78,13 +79,13 @@ class Rotation:
     @property
     def velocity(self) -> Array:
         """dr/dt."""
-        return np.cross(self.omega, self.pose.r)
+        return np.asarray(np.cross(self.omega, self.pose.r))
 
     @property
     def angular_momentum(self) -> Array:
         """Total (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
-        return self.pair.mass * np.cross(self.pose.r, self.velocity) + turned
+        return np.asarray(self.pair.mass * np.cross(self.pose.r, self.velocity) + turned)
 
     @property
     def energy(self) -> float:
@@ -93,7 +94,7 @@ class Rotation:
 
     @property
     def units(self) -> Array:
-        """Units (18,) in which the numbers of departures have one size: the separation, radians, m r Omega, m r^2 Omega."""
+        """Units (18,) in which the numbers of departures have one size: r, radians, m r n and m r^2 n of Kepler's n."""
         d, m = self.pose.distance, self.pair.mass
         n = np.sqrt(self.pair.strength / (m * d**3))
         return np.repeat([d, 1.0, m * d * n, m * d * d * n], [3, 6, 3, 6])
@@ -153,7 +154,7 @@ class Rotation:
         return Q
 
     def momentum_rows(self) -> Array:
-        """Changes of conserved momenta with departures (3 + S, 18): of the total, and of the bodies about their axes."""
+        """Changes (3 + S, 18) of conserved momenta: of the total, and of the bodies about their axes."""
         rows = np.zeros((3, 18))
         rows[:, :3] = -self.pair.mass * cross(self.velocity)
         rows[:, 9:12] = cross(self.pose.r)
@@ -188,7 +189,7 @@ class Rotation:
         return basis * units[:, np.newaxis], basis.T @ A @ basis, basis.T @ Q @ basis
 
     def amended_hessian(self) -> tuple[Array, Array]:
-        """Curvatures of the amended potential in :attr:`units` and energies m r^2 n^2, ascending, and their directions (9, D).
+        """Curvatures (D,) of the amended potential in :attr:`units` and m r^2 n^2, ascending, and directions (9, D).
 
         V = U + J . I^-1 J / 2, with I the tensor of inertia of the whole, is the least energy of a pose with the total
         angular momentum J, and of bodies that spin about their axes with theirs.
@@ -202,7 +203,7 @@ class Rotation:
         rows[:, round_ones], Q[round_ones], Q[:, round_ones] = 0.0, 0.0, 0.0
         rows = even(rows[np.any(rows[:, kept], axis=1)])
         P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], rows[:, kept]
-        # The momenta of least energy, given the pose: some that change no conserved momentum, and the best of the others.
+        # The momenta of least energy, given the pose: some that keep the conserved ones, and the best of the others.
         free, best = kernel(R), -np.linalg.pinv(R) @ rows[:, :9]
         best -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ best))
         V = Q[:9, :9] + mixed @ best + best.T @ mixed.T + best.T @ P @ best
@@ -213,4 +214,5 @@ class Rotation:
 
 def even(rows: Array) -> Array:
     """Rows of length one."""
-    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    found: Array = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    return found

@@ -124,8 +124,9 @@ class Problem:
         return np.repeat([force, force * d], [3, 6]), np.repeat([d, 1.0, rate], [3, 6, 1])
 
     def equations(self, rotation: Rotation) -> tuple[Array, Array]:
-        """Slopes (9 + S, 10) in these units, with a row for each symmetry, along which nothing is to change; and what is
-        missing (9 + S,). Torques are in units in which they change by about one in a radian.
+        """Slopes (9 + S, 10), the last along symmetries, where nothing is to change; and what is missing (9 + S,).
+
+        In :meth:`scales`, but torques in units in which they change by about one in a radian.
         """
         rows, columns = self.scales(rotation)
         slopes = self.slopes(rotation) * columns
@@ -196,15 +197,15 @@ def _solved(
         if values[-1] <= _SINGULAR * values[0]:
             raise NotConverged(
                 f"a relative equilibrium of {wanted}: the matrix of Newton's step is singular (condition "
-                f"{values[0] / max(values[-1], 1e-300):.2g}), as at a fold in {quantity}; expected another quantity to be "
-                "given, or a start away from it"
+                f"{values[0] / max(values[-1], 1e-300):.2g}), as at a fold in {quantity}; expected another quantity to "
+                "be given, or a start away from it"
             )
         step = -right.T @ ((left.T @ missing) / values)
         step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
         rotation = _moved(problem, rotation, step * columns)
     raise NotConverged(
-        f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance by "
-        f"{size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
+        f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance "
+        f"by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
         "angular momentum), or the start is too far from it"
     )
 

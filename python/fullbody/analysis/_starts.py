@@ -126,10 +126,10 @@ def scan(problem: Problem, axes: Axes, until: float = 0.0) -> Scan:
     while distance <= farthest and not (len(found) > 1 and found[-1][1] > max(until, found[-2][1])):
         look(distance)
         distance *= _RATIO if found else 1.01
-    for (a, j), (b, k), (c, l) in zip(found, found[1:], found[2:], strict=False):
+    for (a, j), (b, k), (c, m) in zip(found, found[1:], found[2:], strict=False):
         # Near its least value a parabola tells whether the angular momentum falls below the value between two looks.
-        if k < min(j, l):
-            slopes = (k - j) / (b - a), (l - k) / (c - b)
+        if k < min(j, m):
+            slopes = (k - j) / (b - a), (m - k) / (c - b)
             look((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))
-    d, j = np.array(sorted(found)).reshape(-1, 2).T
-    return Scan(axes, d, j)
+    table = np.array(sorted(found)).reshape(-1, 2)
+    return Scan(axes, table[:, 0], table[:, 1])

@@ -173,8 +173,8 @@ def branch(
     equilibrium : RelativeEquilibrium
         Where to begin; spins of bodies that are not locked are kept.
     over : {"separation", "angular_momentum"}
-        The quantity that ``until`` is a value of. The branch sets out towards it; behind a fold it may come back without
-        having reached it.
+        The quantity that ``until`` is a value of. The branch sets out towards it; behind a fold it may come back
+        without having reached it.
     until : float or Quantity
     steps : int
         At most so many.
@@ -185,8 +185,8 @@ def branch(
 
     Notes
     -----
-    Pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's method in the space
-    across it, which is regular at folds. Folds are the roots of the tangent's component by scipy's ``brentq``.
+    Pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's method in the
+    space across it, which is regular at folds. Folds are the roots of the tangent's component by scipy's ``brentq``.
 
     Examples
     --------

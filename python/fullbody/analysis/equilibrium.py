@@ -17,7 +17,6 @@ from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
 from ..model.state import State
 from ..model.system import BaseSystem
-from ..typing import Array as Floats
 from ..typing import Scalar
 from ._linear import Rotation
 from ._newton import Condition, Kind, Problem, converged
@@ -102,7 +101,7 @@ class RelativeEquilibrium(Tabled):
 
     @cached_property
     def residual(self) -> float:
-        """What is missing to balance: the largest part of the forces by G m m / r^2, and of the torques by G m m / r."""
+        """What is missing to balance, the largest part: of the forces by G m m / r^2, of the torques by G m m / r."""
         rows, _ = self._problem.scales(self._rotation)
         return float(np.abs(self._problem.residual(self._rotation) / rows).max())
 
@@ -118,14 +117,13 @@ class RelativeEquilibrium(Tabled):
         return not np.any(np.asarray(getattr(growth, "value", growth)) > 0.0)
 
     @cached_property
-    def curvatures(self) -> Floats:
+    def curvatures(self) -> Array:
         """Eigenvalues (D,) of the Hessian of the amended potential, ascending.
 
         The variables are the separation in units of its length and rotation vectors of the bodies, without the
         symmetries; the unit of energy is G m_0 m_1 / r.
         """
-        found: Floats = self._rotation.amended_hessian()[0]
-        return found
+        return self._rotation.amended_hessian()[0]
 
     @property
     def energetically_stable(self) -> bool:
@@ -299,8 +297,8 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
         attach = pair.system._units.attach
         raise NotConverged(
             f"no relative equilibrium of these axes has the angular momentum "
-            f"{number(attach(np.float64(condition.value), 'angular momentum'))}; with the bodies apart the least is about "
-            f"{number(attach(found.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
+            f"{number(attach(np.float64(condition.value), 'angular momentum'))}; with the bodies apart the least is "
+            f"about {number(attach(found.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
             f"{number(attach(found.separation[least], 'length'), 5)}"
         )
     return float(places[-1])
@@ -315,7 +313,7 @@ def _guess(problem: Problem, pose: Pose) -> Rotation:
 
 
 def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
-    """The pose of a state in axes whose z is along the angular momentum, and the matrix that turns vectors into them."""
+    """The pose of a state in axes with z along the angular momentum, and the matrix that turns vectors into them."""
     core = pair.system._strip(state)
     if len(core.position) != 2:
         raise InvalidInput(f"{what} has {len(core.position)} bodies; expected two")

@@ -65,7 +65,7 @@ class Touching(Tabled):
     @property
     def rests(self) -> bool:
         """Whether gravity presses the bodies together more than the rotation pulls them apart."""
-        return self._pressure < 0.0
+        return bool(self._pressure < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
         rows = [(name, number(getattr(self, name))) for name in ("separation", "rate", "energy")]
@@ -100,7 +100,7 @@ class Equilibria(Tabled):
 
     @cached_property
     def least(self) -> RelativeEquilibrium | Touching:
-        """The state of least energy: the one that the pair ends in if it loses energy and keeps its angular momentum."""
+        """The state of least energy, in which a pair ends that loses energy and keeps its angular momentum."""
         everything: list[RelativeEquilibrium | Touching] = [*self.apart, *self.touching]
         if not everything:
             raise NotConverged("no equilibrium was found, neither apart nor touching; see .missed")
@@ -150,10 +150,10 @@ def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
     Notes
     -----
     At a given angular momentum J the equilibria are the stationary points of the amended potential
-    V = U + J . I^-1 J / 2 (Smale 1970, Scheeres 2006). The search takes every alignment of principal axes along the line
-    and along J, at all separations from contact outwards, and finishes with Newton's method; those of ellipsoids all have
-    their planes of symmetry in common. Where bodies rest upon each other along principal axes, V counts with the distance
-    of contact; contact at other points is not searched.
+    V = U + J . I^-1 J / 2 (Smale 1970, Scheeres 2006). The search takes every alignment of principal axes along the
+    line and along J, at all separations from contact outwards, and finishes with Newton's method. Where bodies rest
+    upon each other along principal axes, V counts with the distance of contact. Equilibria with tilted axes and contact
+    at other points are not searched.
 
     Examples
     --------

@@ -28,8 +28,8 @@ STEADY = 1e-7
 class Modes(Tabled):
     """Normal modes: all motions near a relative equilibrium are sums of them.
 
-    Departures go as Re(shape exp((growth + i frequency) t)) in the frame that turns with the equilibrium. They are the
-    modes that are left without symmetries: of two bodies without axes of symmetry seven.
+    Departures go as Re(shape exp((growth + i frequency) t)). They are the modes that are left without symmetries: of
+    two bodies without axes of symmetry seven.
 
     Attributes
     ----------
@@ -40,13 +40,14 @@ class Modes(Tabled):
         Rates of growth. A mode of frequency zero that grows stands for its twin, which decays, as well; of two modes
         of one frequency one grows and one decays.
     position : ndarray of complex, (M, 3)
-        Departures of the separation in units of it, in the frame that turns with the equilibrium, whose z is along the
-        angular momentum.
+        Departures of the separation in units of it: x away from each other, z along the angular momentum, y zero, for
+        the frame follows the line of the bodies.
     rotation : ndarray of complex, (M, 2, 3)
         Rotation vectors of the bodies in their own frames, radians. The largest part of a mode's position and rotation
         is 1.
     energy_sign : ndarray of int, (M,)
-        The sign of the energy that a mode adds to the equilibrium at the same momenta; zero for a mode that grows or decays.
+        The sign of the energy that a mode adds to the equilibrium at the same momenta; zero for one that grows or
+        decays.
     in_plane : ndarray of bool, (M,)
         Whether a mode stays in the plane of the orbit, with all turns about its normal.
     """
@@ -64,8 +65,9 @@ class Modes(Tabled):
     def period(self) -> Floats:
         """2 pi by the frequency, (M,); infinite where that is zero."""
         with np.errstate(divide="ignore"):
-            found: Floats = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
-        return self.equilibrium.system._units.attach(found, "time")
+            plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
+        found: Floats = self.equilibrium.system._units.attach(plain, "time")
+        return found
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> Any:
         """The state of the equilibrium with one mode added, to first order.
@@ -151,6 +153,9 @@ def modes_of(equilibrium: RelativeEquilibrium, rotation: Rotation) -> Modes:
     kept = _of_pairs(values)
     units = rotation.units
     whole = (basis @ vectors)[:, kept]
+    # Turned as a whole so that the line of the bodies keeps its longitude.
+    turn = rotation.generators()[:, :1]
+    whole = whole - turn * (whole[1] / turn[1])
     parts = whole[:9] / units[:9, np.newaxis]
     scale = np.array([column[np.abs(column).argmax()] for column in parts.T])
     whole, parts = whole / scale, parts / scale

@@ -13,19 +13,23 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import integer, named_options
 from ..base.tables import Table, Tabled, number
+from ..base.units import numbers, scalar
 from ..errors import BodiesOverlap, InvalidInput, NotConverged
 from ..model.state import State
 from ..motion.simulation import System
 from ..typing import Scalar
 from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows, rotation_vector
 from ._linear import complement, even, kernel
-from ._pair import Array, Pair, cross
+from ._pair import Array, Pair, Pose, cross
 from .equilibrium import pose_of
 
 __all__ = ["PeriodicOrbit", "periodic_orbit"]
 
 _HELD = ("period", "energy", "angular_momentum")
-_STEPS = 30
+#: Steps of Newton's method at most, and those in a row that may bring nothing.
+_STEPS, _LOST = 40, 6
+#: Segments, unless more are asked for.
+_MOST = 32
 #: The longest step, in the units of :meth:`_Shooting.units`, and directions in which nothing is known.
 _LONGEST, _UNKNOWN = 0.2, 1e-9
 #: How far from the unit circle a multiplier of a stable orbit may lie.
@@ -97,8 +101,7 @@ class PeriodicOrbit(Tabled):
         system's units.
         """
         shooting = self._shooting
-        found: Array = np.linalg.solve(shooting.target_slopes()[0], self._transition)
-        return found
+        return np.asarray(np.linalg.solve(shooting.target_slopes()[0], self._transition))
 
     @cached_property
     def multipliers(self) -> npt.NDArray[np.complex128]:
@@ -204,7 +207,7 @@ def periodic_orbit(
     period: Any,
     *,
     hold: str | Sequence[str] = ("energy", "angular_momentum"),
-    segments: int = 1,
+    segments: int | None = None,
     tolerance: float = 1e-12,
 ) -> PeriodicOrbit:
     """Find the periodic motion near a state, apart from a turn of the whole, by multiple shooting.
@@ -221,8 +224,9 @@ def periodic_orbit(
         What keeps the value that it has at the start: of ``"period"``, ``"energy"`` and ``"angular_momentum"``. Orbits
         make families with two parameters; where fewer than two are held, the orbit that is nearest to the start is
         found.
-    segments : int
-        Into how many parts the period is divided. More of them find orbits that are very unstable or long.
+    segments : int, optional
+        Into how many parts the period is divided; unless given, one for each revolution. More of them find orbits that
+        are very unstable or long.
     tolerance : float
         The closure that is asked for; see :attr:`PeriodicOrbit.closure`.
 
@@ -239,11 +243,12 @@ def periodic_orbit(
 
     Notes
     -----
-    After the period the whole is turned by an angle about the angular momentum, which is found with the orbit; bodies may
-    be turned besides by any angle about their axes of symmetry, and ellipsoids by half a turn about a principal axis,
-    whichever is nearest to what the start does. Attitudes of spheres and points do not count. The linear equations of
-    Newton's method, with the derivatives of the motion by :attr:`fullbody.Run.transition`, are solved by least squares, of
-    least change where they leave a choice: of the phase, of the turn of the whole, and within a family.
+    After the period the whole is turned by an angle about the angular momentum, which is found with the orbit; bodies
+    may be turned besides by any angle about their axes of symmetry, and ellipsoids by half a turn about a principal
+    axis, whichever is nearest to what the start does. Attitudes of spheres and points do not count. The linear
+    equations of Newton's method, with the derivatives of the motion by :attr:`fullbody.Run.transition`, are solved by
+    least squares, of least change where they leave a choice: of the phase, of the turn of the whole, and within a
+    family.
 
     Examples
     --------
@@ -263,32 +268,36 @@ def periodic_orbit(
     if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")
     time = system._units.number(period, "time", "period")
-    count = integer(segments)
-    for name, value, plain in (("period", period, time), ("segments", segments, count), ("tolerance", tolerance, tolerance)):
-        if not isinstance(plain, int | float) or not 0.0 < plain < np.inf:
-            raise InvalidInput(f"{name} is {value!r}; expected a number above zero")
+    if time <= 0.0:
+        raise InvalidInput(f"period is {period!r}; expected a number above zero")
+    within = scalar(numbers(tolerance, "tolerance"), "tolerance")
+    if not 0.0 < within < np.inf:
+        raise InvalidInput(f"tolerance is {tolerance!r}; expected a number above zero")
     held = _held(hold)
-    assert count is not None
-    shooting, ends = _first(system, pair, state, time, count)
+    pose, turn = pose_of(pair, state, "state")
+    count = _segments(pair, pose, time, segments)
+    shooting, ends = _first(system, pair, Point.of(system._strip(state)), pose, turn, time, count)
     first = shooting.points[0]
     kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
-    before = np.inf
+    best, lost = np.inf, 0
     for _ in range(_STEPS):
         matrix, missing = _equations(shooting, ends, held, kept)
         closure = float(np.abs(missing).max())
-        if closure <= tolerance and closure >= 0.1 * before:
+        if closure <= within and closure >= 0.1 * best:
             break
-        if closure == 0.0:
+        lost = 0 if closure < 0.5 * best else lost + 1
+        best = min(best, closure)
+        if lost > _LOST:
             break
-        before = closure
-        step = np.linalg.lstsq(matrix, -missing, rcond=_UNKNOWN)[0]
+        step: Array = np.asarray(np.linalg.lstsq(matrix, -missing, rcond=_UNKNOWN)[0])
         step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
         shooting, ends = _stepped(shooting, step, count)
-    if closure > tolerance:
+    if closure > within:
         raise NotConverged(
-            f"no periodic orbit found in {_STEPS} steps of Newton's method: the best misses its start by {closure:.2g} after "
-            f"the period {number(system._units.attach(np.float64(shooting.period), 'time'))}, of the separation or in "
-            "radians; expected a start nearer to one, more segments, or less to hold"
+            f"no periodic orbit found: the best that Newton's method came by misses its start by {best:.2g}, of the "
+            f"separation or in radians, the last one after the period "
+            f"{number(system._units.attach(np.float64(shooting.period), 'time'))}; expected a start nearer to one, "
+            f"more segments than {count}, or less to hold"
         )
     transition = np.eye(18)
     for _, part in ends:
@@ -307,13 +316,22 @@ def _held(hold: str | Sequence[str]) -> tuple[str, ...]:
 _Ends = list[tuple[Point, Array]]
 
 
-def _first(system: System, pair: Pair, state: State, time: float, count: int) -> tuple[_Shooting, _Ends]:
-    """The start in axes whose z is along the angular momentum, and what its motion is nearest to."""
-    core = system._strip(state)
-    pose, turn = pose_of(pair, state, "state")
-    r, v = (values[1] - values[0] for values in (core.position, core.velocity))
-    del r
-    point = Point(pose, turn @ v, core.spin)
+def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
+    """How many segments: as many as asked for, or one for each revolution of a circular orbit."""
+    if segments is None:
+        revolution = 2 * np.pi * np.sqrt(pair.mass * pose.distance**3 / pair.strength)
+        return int(np.clip(np.ceil(time / revolution - 0.5), 1, _MOST))
+    count = integer(segments)
+    if count is None or count < 1:
+        raise InvalidInput(f"segments is {segments!r}; expected a whole number, 1 or more")
+    return count
+
+
+def _first(
+    system: System, pair: Pair, start: Point, pose: Pose, turn: Array, time: float, count: int
+) -> tuple[_Shooting, _Ends]:
+    """The start in its pose in axes turned by a matrix, and what its motion is nearest to."""
+    point = Point(pose, turn @ start.velocity, start.spin)
     axes = (pair.axis(0, pose), pair.axis(1, pose))
     points, ends = [point], _Ends()
     for _ in range(count):
@@ -386,9 +404,7 @@ def _stepped(shooting: _Shooting, step: Array, count: int) -> tuple[_Shooting, _
         period = shooting.period * float(np.exp(step[18 * count]))
         angle = shooting.angle + float(step[18 * count + 1])
         own = shooting.own + step[18 * count + 2 :]
-        new = _Shooting(
-            shooting.system, shooting.pair, points, period, angle, shooting.axes, list(shooting.half), own
-        )
+        new = _Shooting(shooting.system, shooting.pair, points, period, angle, shooting.axes, list(shooting.half), own)
         try:
             return new, [flow(shooting.pair, point, period / count) for point in points]
         except BodiesOverlap as error:
