@@ -159,9 +159,9 @@ def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
     --------
     >>> import fullbody
     >>> system, state = fullbody.systems.kw4()
-    >>> found = fullbody.analysis.equilibria(system, 6e11)
-    >>> found.least.energetically_stable
-    True
+    >>> found = fullbody.analysis.equilibria(system, 8e11)
+    >>> found.least.energetically_stable, len(found.apart)
+    (True, 72)
     """
     pair = Pair(system)
     value = system._units.number(angular_momentum, "angular momentum", "angular_momentum")

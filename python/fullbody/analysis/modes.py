@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
+from ..base.arguments import integer, named_options
 from ..base.tables import Table, Tabled, head, number
+from ..base.units import numbers, scalar
+from ..errors import InvalidInput
+from ..model.state import State
+from ..model.system import BaseSystem
+from ..typing import Array as Floats
+from ..typing import Scalar
 from ._linear import Rotation
+from ._pair import Array
 
-if TYPE_CHECKING:
-    from ..typing import Array as Floats
-    from .equilibrium import RelativeEquilibrium
-
-__all__ = ["Modes", "modes_of"]
+__all__ = ["Modes", "departed", "modes_of"]
 
 _Complex = npt.NDArray[np.complex128]
 #: Growth of a mode, relative to the rate of the fastest one, that rounding of nearly equal eigenvalues may leave.
@@ -33,7 +36,9 @@ class Modes(Tabled):
 
     Attributes
     ----------
-    equilibrium : RelativeEquilibrium
+    system : System
+    rate : float or Quantity
+        At which the equilibrium turns.
     frequency : ndarray or Quantity, (M,)
         Angular, ascending; zero where a mode grows without swinging.
     growth : ndarray or Quantity, (M,)
@@ -52,13 +57,15 @@ class Modes(Tabled):
         Whether a mode stays in the plane of the orbit, with all turns about its normal.
     """
 
-    equilibrium: RelativeEquilibrium
+    system: BaseSystem
+    rate: Scalar
     frequency: Floats
     growth: Floats
     position: _Complex
     rotation: _Complex
     energy_sign: npt.NDArray[np.int64]
     in_plane: npt.NDArray[np.bool_]
+    _rotation: Rotation
     _departures: _Complex
 
     @property
@@ -66,10 +73,10 @@ class Modes(Tabled):
         """2 pi by the frequency, (M,); infinite where that is zero."""
         with np.errstate(divide="ignore"):
             plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
-        found: Floats = self.equilibrium.system._units.attach(plain, "time")
+        found: Floats = self.system._units.attach(plain, "time")
         return found
 
-    def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> Any:
+    def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
         """The state of the equilibrium with one mode added, to first order.
 
         Parameters
@@ -95,7 +102,13 @@ class Modes(Tabled):
         >>> equilibrium.modes.excited(0, 1e-3).position.shape
         (2, 3)
         """
-        return self.equilibrium._departed(np.real(amplitude * np.exp(1j * phase) * self._departures[:, mode]))
+        place = integer(mode)
+        if place is None or not -len(self) <= place < len(self):
+            raise InvalidInput(f"mode is {mode!r}; expected 0 to {len(self) - 1}, one of the {len(self)} modes")
+        sizes = [scalar(numbers(value, name), name) for name, value in (("amplitude", amplitude), ("phase", phase))]
+        if not np.isfinite(sizes).all():
+            raise InvalidInput(f"amplitude and phase are {amplitude!r} and {phase!r}; expected finite numbers")
+        return departed(self._rotation, np.real(sizes[0] * np.exp(1j * sizes[1]) * self._departures[:, place]))
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the modes: how far the separation and the bodies swing in each, a panel each.
@@ -119,7 +132,7 @@ class Modes(Tabled):
     def _tables(self) -> tuple[Table, ...]:
         unit = getattr(self.frequency, "unit", "")
         header = (head("frequency", unit), "by rate", head("growth", unit), "plane", "energy", "largest in")
-        rate = np.asarray(getattr(self.equilibrium.rate, "value", self.equilibrium.rate))
+        rate = np.asarray(getattr(self.rate, "value", self.rate))
         rows = []
         for k, frequency in enumerate(np.asarray(getattr(self.frequency, "value", self.frequency))):
             growth = np.asarray(getattr(self.growth, "value", self.growth))[k]
@@ -130,7 +143,7 @@ class Modes(Tabled):
 
     def _part(self, mode: int) -> str:
         """The largest part of a mode in words."""
-        names = self.equilibrium.system.names
+        names = self.system.names
         words = ["distance", "longitude", "latitude"]
         words += [f"turn of {name} about {axis}" for name in names for axis in "xyz"]
         return words[int(np.abs([*self.position[mode], *self.rotation[mode].ravel()]).argmax())]
@@ -142,7 +155,18 @@ class Modes(Tabled):
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 
 
-def modes_of(equilibrium: RelativeEquilibrium, rotation: Rotation) -> Modes:
+def departed(rotation: Rotation, departure: Array) -> State:
+    """The state of a uniform rotation at a departure (18,)."""
+    pair = rotation.pair
+    velocity = rotation.velocity + departure[9:12] / pair.mass
+    spins = rotation.spins.copy()
+    for k in range(2):
+        if not pair.is_point(k):
+            spins[k] += departure[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
+    return pair.system._state(pair.state(rotation.pose.moved(departure[:9]), velocity, spins))
+
+
+def modes_of(rotation: Rotation) -> Modes:
     """The modes of a uniform rotation."""
     basis, rates, energy = rotation.reduced()
     values, vectors = np.linalg.eig(rates)
@@ -169,13 +193,15 @@ def modes_of(equilibrium: RelativeEquilibrium, rotation: Rotation) -> Modes:
     ]
     attach = rotation.pair.system._units.attach
     return Modes(
-        equilibrium,
+        rotation.pair.system,
+        attach(rotation.rate, "spin"),
         attach(np.array([values[k].imag for k in kept]), "spin"),
         attach(np.array([values[k].real + 0.0 for k in kept]), "spin"),
         np.ascontiguousarray(parts[:3].T),
         np.ascontiguousarray(parts[3:].T.reshape(-1, 2, 3)),
         np.array(signs, dtype=np.int64),
         np.array(flat, dtype=bool),
+        rotation,
         whole,
     )
 

@@ -256,7 +256,7 @@ def periodic_orbit(
 
     >>> import fullbody
     >>> system, _ = fullbody.systems.didymos_after_dart()
-    >>> mean = fullbody.analysis.averaged(system, "Didymos", copies=4)
+    >>> mean = fullbody.analysis.averaged(system, "Didymos", copies=6)
     >>> equilibrium = fullbody.analysis.relative_equilibrium(mean, separation=1.19, spin={"Didymos": 2.78})
     >>> modes = equilibrium.modes
     >>> libration = int(modes.in_plane.argmax())

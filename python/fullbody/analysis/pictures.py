@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.tables import number
 from ..errors import InvalidInput
 from ..plots._style import LINES, check_axes, grid, legend, line, matplotlib, panels, plain, single, wishes
-
-if TYPE_CHECKING:
-    from .branch import Branch
-    from .modes import Modes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Parts of a mode below this are not drawn.
@@ -27,7 +23,7 @@ def _bare(values: Any) -> tuple[Any, str]:
     return np.asarray(getattr(values, "value", values)), text
 
 
-def branch(branch: Branch, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
+def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
     """See :meth:`Branch.plot`."""
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
         if name not in known:
@@ -70,11 +66,11 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def modes(modes: Modes, axes: Any) -> Any:
+def modes(modes: Any, axes: Any) -> Any:
     """See :meth:`Modes.plot`."""
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
-    names = modes.equilibrium.system.names
+    names = modes.system.names
     labels = ["distance", "longitude", "latitude", *(f"{plain(name)} about {axis}" for name in names for axis in "xyz")]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)

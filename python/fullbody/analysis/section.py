@@ -128,7 +128,7 @@ def section(
     >>> system, state = fullbody.systems.kw4()
     >>> found = fullbody.analysis.section(system, state, 60.0, fullbody.events.Periapsis(0, 1))
     >>> len(found.crossings[0])
-    3
+    4
     """
     starts = [states] if isinstance(states, State) else list(states)
     if not isinstance(event, Event):
