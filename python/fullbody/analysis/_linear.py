@@ -39,6 +39,8 @@ class Rotation:
         For each body its axis of symmetry, 3 for a sphere or a point; none where it has none.
     spin : ndarray, (2,)
         s_k, zero of locked bodies.
+    free : tuple of bool
+        Which bodies are not locked.
     """
 
     pair: Pair
@@ -46,6 +48,7 @@ class Rotation:
     rate: float
     axes: tuple[int | None, int | None]
     spin: Array
+    free: tuple[bool, bool]
 
     @property
     def omega(self) -> Array:
@@ -94,10 +97,14 @@ class Rotation:
 
     @property
     def units(self) -> Array:
-        """Units (18,) in which the numbers of departures have one size: r, radians, m r n and m r^2 n of Kepler's n."""
+        """Units (18,) of departures in which they all weigh the same: with d the separation, n Kepler's rate and
+        u_k = sqrt(m d^2 / I_k) radians, they are d, u_k, m d n and m d^2 n / u_k.
+        """
         d, m = self.pose.distance, self.pair.mass
         n = np.sqrt(self.pair.strength / (m * d**3))
-        return np.repeat([d, 1.0, m * d * n, m * d * d * n], [3, 6, 3, 6])
+        largest = self.pair.inertia.max(axis=1)
+        turns = np.sqrt(m * d * d / np.where(largest > 0.0, largest, m * d * d))
+        return np.repeat([d, *turns, m * d * n, *(m * d * d * n / turns)], 3)
 
     def symmetries(self) -> Array:
         """Changes (9, S) of the pose that change nothing: a turn of all about z, and of bodies about their axes."""
@@ -192,19 +199,29 @@ class Rotation:
         """Curvatures (D,) of the amended potential in :attr:`units` and m r^2 n^2, ascending, and directions (9, D).
 
         V = U + J . I^-1 J / 2, with I the tensor of inertia of the whole, is the least energy of a pose with the total
-        angular momentum J, and of bodies that spin about their axes with theirs.
+        angular momentum J; bodies that are not locked keep theirs about their axes.
         """
         units = self.units
-        Q = self.energy_form() * np.outer(units, units) / (units[9:12].prod() ** (2 / 3) / self.pair.mass)
-        rows = self.momentum_rows() * units
-        # The momentum of a sphere does not change, and a point has none.
-        round_ones = [3 + 3 * k + c for k in range(2) if self.axes[k] == 3 for c in range(3)]
-        kept = [9, 10, 11, *(12 + 3 * k + c for k in range(2) if self.axes[k] != 3 for c in range(3))]
-        rows[:, round_ones], Q[round_ones], Q[:, round_ones] = 0.0, 0.0, 0.0
-        rows = even(rows[np.any(rows[:, kept], axis=1)])
-        P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], rows[:, kept]
+        Q = self.energy_form() * np.outer(units, units) / (units[9] ** 2 / self.pair.mass)
+        rows = [row * units for row in self.momentum_rows()[:3]]
+        kept = [9, 10, 11]
+        for k in range(2):
+            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+            if self.pair.is_point(k) or (self.free[k] and self.axes[k] == 3):
+                # A point has no momentum, that of a sphere which is not locked stays.
+                Q[v], Q[:, v] = 0.0, 0.0
+                for row in rows:
+                    row[v] = 0.0
+                continue
+            kept += range(p.start, p.stop)
+            if self.free[k]:
+                row = np.zeros(18)
+                row[p] = self.axis(k)
+                rows.append(row)
+        conserved = even(np.array(rows))
+        P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], conserved[:, kept]
         # The momenta of least energy, given the pose: some that keep the conserved ones, and the best of the others.
-        free, best = kernel(R), -np.linalg.pinv(R) @ rows[:, :9]
+        free, best = kernel(R), -np.linalg.pinv(R) @ conserved[:, :9]
         best -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ best))
         V = Q[:9, :9] + mixed @ best + best.T @ mixed.T + best.T @ P @ best
         ways = complement(self.symmetries() / units[:9, np.newaxis])

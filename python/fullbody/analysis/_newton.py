@@ -51,9 +51,10 @@ class Problem:
 
     def rotation(self, pose: Pose, rate: float) -> Rotation:
         """The rotation of a pose."""
-        bare = Rotation(self.pair, pose, rate, self.axes, np.zeros(2))
+        free = (0 in self.spin, 1 in self.spin)
+        bare = Rotation(self.pair, pose, rate, self.axes, np.zeros(2), free)
         own = [self.spin[k] - bare.turning[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
-        return Rotation(self.pair, pose, rate, self.axes, np.array(own))
+        return Rotation(self.pair, pose, rate, self.axes, np.array(own), free)
 
     def residual(self, rotation: Rotation) -> Array:
         """What is missing to uniform rotation (9,): of the force on the second body and of both torques."""

@@ -109,8 +109,9 @@ class RelativeEquilibrium(Tabled):
     def curvatures(self) -> Array:
         """Eigenvalues (D,) of the Hessian of the amended potential, ascending.
 
-        The variables are the separation in units of its length and rotation vectors of the bodies, without the
-        symmetries; the unit of energy is G m_0 m_1 / r.
+        The variables are the separation in units of its length r, and rotation vectors of the bodies times
+        sqrt(I / (m r^2)), with I the largest moment of inertia and m the reduced mass, without the symmetries; the unit
+        of energy is G m_0 m_1 / r.
         """
         return self._rotation.amended_hessian()[0]
 

@@ -175,12 +175,11 @@ def modes_of(rotation: Rotation) -> Modes:
     values = np.where(np.abs(values.imag) <= 1e-12 * steady / STEADY, values.real + 0j, values)
     values = np.where(np.abs(values) <= steady, 0.0, values)
     kept = _of_pairs(values)
-    units = rotation.units
     whole = (basis @ vectors)[:, kept]
     # Turned as a whole so that the line of the bodies keeps its longitude.
     turn = rotation.generators()[:, :1]
     whole = whole - turn * (whole[1] / turn[1])
-    parts = whole[:9] / units[:9, np.newaxis]
+    parts = whole[:9] / np.repeat([rotation.pose.distance, 1.0], [3, 6])[:, np.newaxis]
     scale = np.array([column[np.abs(column).argmax()] for column in parts.T])
     whole, parts = whole / scale, parts / scale
     signs = []
