@@ -7,6 +7,7 @@
 
 use super::{FieldKernel, PointField};
 use crate::math::carlson::{duplications_needed, rd_triple};
+use crate::math::dual::Dual;
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::Ellipsoid;
 use pulp::Simd;
@@ -109,6 +110,16 @@ impl FieldKernel for Near {
     #[inline(always)]
     fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
         self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
+    }
+
+    /// By the derivatives of the integrals in their arguments: R_12 = -2 dR_1/ds_2.
+    #[inline(always)]
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+        let field = self.field(x);
+        // What the series leaves out falls more slowly in its derivatives.
+        let [first, second, _] = rd_triple(Dual::variables(field.squares), self.duplications + 1);
+        let minus_two = x[0].constant(-2.0);
+        (field, [minus_two * second.by[2], minus_two * first.by[2], minus_two * first.by[1]])
     }
 
     fn square_differences(&self) -> [f64; 3] {

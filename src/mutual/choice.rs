@@ -223,16 +223,7 @@ impl Pair {
     }
 
     fn order(&self, integrated: usize, degree: usize) -> Order {
-        self.order_for(self.carriers[integrated], degree)
-    }
-
-    pub(super) fn order_for(&self, carrier: Carrier, degree: usize) -> Order {
-        match carrier {
-            Carrier::Pressures => Order::surface(degree),
-            // The density is of degree 2, the field's moments are by one higher than the potential's.
-            Carrier::Surface(_) => Order::surface(degree + 3),
-            _ => Order::focal(degree),
-        }
+        order_for(self.carriers[integrated], degree)
     }
 
     /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
@@ -294,5 +285,15 @@ impl Pair {
             (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
             (cut, _) => Kernel::Far(cut.unwrap_or_default()),
         }
+    }
+}
+
+/// The order of a carrier's nodes for a polynomial degree.
+pub(super) fn order_for(carrier: Carrier, degree: usize) -> Order {
+    match carrier {
+        Carrier::Pressures => Order::surface(degree),
+        // The density is of degree 2, the field's moments are by one higher than the potential's.
+        Carrier::Surface(_) => Order::surface(degree + 3),
+        _ => Order::focal(degree),
     }
 }

@@ -1,6 +1,6 @@
 //! A part of one body and a part of another: their pair, with lever arms.
 
-use super::{BodyGravity, Interaction, Jacobian, Method, Pair, Pose, Store};
+use super::{AxisSlopes, BodyGravity, Interaction, Jacobian, Method, Pair, Pose, Store};
 use crate::error::Result;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
@@ -159,6 +159,17 @@ impl Link {
         match &self.arms {
             None => self.pair.jacobian(pose),
             Some(arms) => arms.jacobian_about_centres(pose, &self.pair.jacobian(&arms.pose(pose))),
+        }
+    }
+
+    /// The share of this link in the derivatives of the bodies' loads by the semi-axes of its parts.
+    pub fn axis_slopes(&self, pose: &Pose) -> AxisSlopes {
+        match &self.arms {
+            None => self.pair.axis_slopes(pose),
+            Some(arms) => self
+                .pair
+                .axis_slopes(&arms.pose(pose))
+                .map(|body| body.map(|loads| arms.about_centres(pose, loads))),
         }
     }
 

@@ -33,6 +33,8 @@ pub struct Pair {
     pub(super) rule: Option<Rule>,
     /// The nodes over which the field's gradient is averaged, where they have been asked for.
     pub(super) gradient_nodes: Option<GradientNodes>,
+    /// Those over which derivatives by the semi-axes are.
+    pub(super) axis_nodes: Option<GradientNodes>,
     pub(super) nodes: NodeStore,
 }
 
@@ -72,6 +74,7 @@ impl Pair {
             multipole,
             rule: None,
             gradient_nodes: None,
+            axis_nodes: None,
             nodes,
         }
     }
