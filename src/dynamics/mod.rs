@@ -11,6 +11,7 @@ mod layout;
 mod parameter;
 mod rejected;
 mod rotor;
+mod slope;
 mod splitting;
 mod state;
 mod system;
