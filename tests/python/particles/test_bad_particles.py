@@ -36,7 +36,7 @@ def test_particles_that_are_none(position, velocity, ratio, says):
 
 
 def test_a_particle_inside_a_body(run):
-    inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + [0.05, 0.0, 0.0]], [[0.0, 0.8, 0.0]] * 2)
+    inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + np.array([0.05, 0.0, 0.0])], [[0.0, 0.8, 0.0]] * 2)
     with pytest.raises(InvalidInput, match="particle 1 is inside Beta"):
         run.fly(inside)
 

@@ -53,7 +53,7 @@ def test_frequencies_about_l4(hundred):
     root = np.sqrt(1.0 - 27.0 * mu * (1.0 - mu))
     expected = np.sqrt([(1.0 - root) / 2.0, (1.0 + root) / 2.0])
     point = np.array([0.5 - mu, np.sqrt(0.75), 0.0])
-    x = [*point, [1e-06, 0.0, 0.0], [0.0, 1e-06, 0.0]]
+    x = point + np.array([[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0]])
     v = np.cross([0.0, 0.0, 1.0], x)
     times = np.linspace(0.0, 100.0 * TURN, 4001)
     flight = hundred.fly(fullbody.Particles(x, v), output=times)
