@@ -1,6 +1,8 @@
-//! `fullbody`: rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact gravity.
+#![doc = include_str!("README.md")]
 //!
-//! The rooms, in the direction in which data flows; each uses only those above it:
+//! # Rooms
+//!
+//! In the direction in which data flows; each uses only those above it:
 //!
 //! - [`error`]: what can go wrong, with body, time and value.
 //! - [`names`]: choices by name.

@@ -39,7 +39,6 @@ from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
 from .particles import Flight, Particles
-from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .record.dense import Dense, Samples
 from .record.integrators import (
     DormandPrince54,
@@ -57,7 +56,8 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import plots, view
+    from . import plots, spice, view
+    from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
 else:
@@ -65,11 +65,13 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn.
-        if name in ("plots", "view"):
-            from importlib import import_module
+        # Not every run is drawn or handed on.
+        from importlib import import_module
 
+        if name in ("plots", "spice", "view"):
             return import_module(f".{name}", __name__)
+        if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
+            return getattr(import_module(".peers", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -135,6 +137,7 @@ __all__ = [
     "read_gubas",
     "read_sians",
     "read_toml",
+    "spice",
     "sweep",
     "systems",
     "to_rebound",

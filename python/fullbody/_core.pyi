@@ -247,6 +247,7 @@ class Simulation:
         dense: bool,
         progress: Callable[[float, float, float], Any] | None,
         autosave: tuple[float, Callable[[bytes], Any]] | None,
+        derivatives: Sequence[str] | None,
     ) -> tuple[dict[str, Any], BaseException | None]: ...
 
 @final

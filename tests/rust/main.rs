@@ -8,6 +8,7 @@ mod environment;
 mod gravity;
 mod integrators;
 mod math;
+mod jacobian;
 mod mutual;
 mod mutual_values;
 mod orbit;

@@ -212,6 +212,7 @@ class Simulation:
         dense: bool = False,
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
+        derivatives: bool | Iterable[str] = False,
     ) -> Run:
         """Move to a time and record; see :meth:`fullbody.System.integrate`.
 
@@ -225,12 +226,14 @@ class Simulation:
         autosave : (path, seconds), optional
             Writes the simulation to a file when the run begins, every so many seconds, and when it ends, whatever ends
             it; :meth:`load` goes on from it. A file that cannot be written ends the run with an OSError.
+        derivatives : bool or sequence of str
+            Derivatives are those by the state at which this call begins; files of the simulation hold none of them.
 
         Returns
         -------
         Run
         """
-        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense)
+        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives)
         keep = None
         if autosave is not None:
             path, seconds = autosaving(autosave)
@@ -239,7 +242,9 @@ class Simulation:
             self.save(path)
         before = self._core.statistics
         with Bar(progress) as report, self._run() as core:
-            record, error = core.integrate(task.until, task.output, task.conditions, task.dense, report, keep)
+            record, error = core.integrate(
+                task.until, task.output, task.conditions, task.dense, report, keep, task.derivatives
+            )
         counts = (now - then for now, then in zip(self._core.statistics, before, strict=True))
         run = task.run(Run, record, counts)
         if autosave is not None:
@@ -363,6 +368,7 @@ class System(BaseSystem):  # noqa: D101
         dense: bool = False,
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
+        derivatives: bool | Iterable[str] = False,
     ) -> Run:
         """Run from a state to a time.
 
@@ -386,6 +392,10 @@ class System(BaseSystem):  # noqa: D101
         autosave : (path, seconds), optional
             Writes the simulation to a file when the run begins, every so many seconds and when it ends;
             :meth:`fullbody.Simulation.load` goes on from it.
+        derivatives : bool or sequence of str
+            Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
+            differentiated beside that, for ``run.sensitivity``: ``"G"``, ``"mass of Alpha"``, ``"density of Alpha"``
+            (both at its shape). The motion has the same bits as without.
 
         Returns
         -------
@@ -412,7 +422,15 @@ class System(BaseSystem):  # noqa: D101
         (11, 2, 3)
         """
         sim = Simulation(self, state, integrator=integrator)
-        return sim.integrate(until, output, events=events, dense=dense, progress=progress, autosave=autosave)
+        return sim.integrate(
+            until,
+            output,
+            events=events,
+            dense=dense,
+            progress=progress,
+            autosave=autosave,
+            derivatives=derivatives,
+        )
 
     def fly(
         self,
