@@ -113,3 +113,12 @@ def test_what_a_function_of_a_particle_raises():
     with pytest.raises(LookupError, match="mine") as caught:
         system.fly(state, ONE, 1.0, events=[fullbody.particles.Function(fails)])
     assert len(caught.value.flight) == 1
+
+
+def test_ctrl_c_gives_back_what_there_is(run):
+    def stop(start, time, end):
+        raise KeyboardInterrupt
+
+    with pytest.raises(fullbody.Interrupted) as caught:
+        run.fly(ONE, output="ends", progress=stop)
+    assert caught.value.flight.position.shape == (2, 1, 3)
