@@ -63,6 +63,8 @@ pub struct Batch<'a, 'b> {
     particles: &'b mut [Particle],
     /// Six numbers an output and particle, particle by particle.
     samples: &'b mut [f64],
+    /// Centres of the bodies where the steps begin.
+    starts: Vec<[Vec3; BLOCK]>,
     /// Polynomial of a step.
     segment: Segment,
     /// What happened.
@@ -85,6 +87,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             first,
             particles,
             samples,
+            starts: vec![[Vec3::zeros(); BLOCK]; flying.surfaces.len()],
             segment: Segment::new(6, flying.world.tableau.interpolant.terms()),
             happened: Vec::new(),
         }
@@ -159,9 +162,8 @@ impl<'a, 'b> Batch<'a, 'b> {
     fn step(&mut self, lanes: &mut [Option<usize>; BLOCK]) -> Result<()> {
         let Flying { rules, end, direction, surfaces, .. } = *self.flying;
         self.stages.begin()?;
-        let mut starts = vec![[Vec3::zeros(); BLOCK]; surfaces.len()];
-        for (body, starts) in starts.iter_mut().enumerate() {
-            (0..BLOCK).for_each(|lane| starts[lane] = self.centre(body, lane));
+        for body in 0..surfaces.len() {
+            (0..BLOCK).for_each(|lane| self.starts[body][lane] = self.centre(body, lane));
         }
         let mut ends = [0.0; BLOCK];
         for lane in 0..BLOCK {
@@ -192,7 +194,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             inside[lane] = escaping
                 || !self.flying.watches.is_empty()
                 || self.due(index, ends[lane], false).is_some()
-                || !self.apart(lane, &starts, &x);
+                || !self.apart(lane, &x);
         }
         if inside.contains(&true) {
             self.stages.complete()?;
@@ -278,10 +280,10 @@ impl<'a, 'b> Batch<'a, 'b> {
     /// While it is no nearer to each body than half way from the nearest place on the chord to contact, that attracts it by at
     /// most G m / (d - p)^2, p how far the mass reaches that attracts like the body. If with these accelerations its path
     /// bends nowhere from a chord by half the gap, it has not been nearer. What acts beside the bodies may double on the way.
-    fn apart(&self, lane: usize, starts: &[[Vec3; BLOCK]], end: &Vec3) -> bool {
+    fn apart(&self, lane: usize, end: &Vec3) -> bool {
         let Flying { surfaces, world, .. } = *self.flying;
         let x = Vec3::from([0, 1, 2].map(|c| self.stages.motion[c][lane]));
-        let near = |body: usize| nearest(&(x - starts[body][lane]), &(end - self.centre(body, lane)));
+        let near = |body: usize| nearest(&(x - self.starts[body][lane]), &(end - self.centre(body, lane)));
         let mut pull =
             if self.flying.outside.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
         for (body, (surface, puller)) in surfaces.iter().zip(world.pullers).enumerate() {
@@ -396,7 +398,13 @@ impl<'a, 'b> Batch<'a, 'b> {
 
     /// How strongly a particle at rest on a body is pushed outwards along the normal, relative to the surface, at the times of a
     /// block.
-    fn pushes(&mut self, index: usize, body: usize, (place, normal): (&Vec3, &Vec3), times: Block) -> Result<Block> {
+    fn pushes(
+        &mut self,
+        index: usize,
+        body: usize,
+        (place, normal): (&Vec3, &Vec3),
+        times: Block,
+    ) -> Result<Block> {
         let course = self.flying.world.course;
         let probe = &mut self.probe;
         probe.time = times;

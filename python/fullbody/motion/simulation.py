@@ -7,7 +7,7 @@ import copy
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -21,11 +21,6 @@ from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
-from ..particles.events import ParticleEvent
-from ..particles.flight import Flight
-from ..particles.given import Particles
-from ..particles.pushing import Pushing
-from ..particles.rules import Bounce, Escape, Radiation
 from ..record import conserved
 from ..record.base import BaseRun
 from ..record.dense import Dense
@@ -36,6 +31,12 @@ from .doubts import of_start
 from .options import Bar, autosaving, sampling
 from .run import RunVerbs
 from .task import Task, beginning
+
+if TYPE_CHECKING:
+    from ..particles.events import ParticleEvent
+    from ..particles.flight import Flight
+    from ..particles.given import Particles
+    from ..particles.rules import Bounce, Escape, Radiation
 
 __all__ = ["Run", "Simulation", "System"]
 
@@ -450,8 +451,8 @@ class System(BaseSystem):  # noqa: D101
     ) -> Flight:
         """Fly massless particles among the bodies, from a state to a time.
 
-        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution, which
-        takes 2.3 kB a step for two bodies: to fly several times along the same motion, keep it as a run with
+        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution,
+        which takes 2.3 kB a step for two bodies. To fly several times along the same motion, keep it as a run with
         ``dense=True`` and take :meth:`fullbody.Run.fly`, where the other parameters are described.
 
         Parameters
@@ -489,6 +490,8 @@ class System(BaseSystem):  # noqa: D101
         >>> system.fly(state, up, 24.0).fate.tolist()
         ['impact']
         """
+        from ..particles.pushing import Pushing
+
         options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
         options |= {"radiation": radiation, "events": events, "threads": threads}
         pushing, samples = Pushing(self, particles, **options), sampling(output, self._units)
@@ -575,6 +578,8 @@ class Run(RunVerbs):  # noqa: D101
         >>> flight.position.shape
         (2, 1, 3)
         """
+        from ..particles.pushing import Pushing
+
         options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
         options |= {"radiation": radiation, "events": events, "threads": threads}
         pushing, samples = Pushing(self.system, particles, **options), sampling(output, self.system._units)
