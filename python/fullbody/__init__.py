@@ -11,7 +11,7 @@ Examples
 
 import typing as _typing
 
-from . import ensembles, events, forces, frames, observables, systems
+from . import ensembles, events, forces, frames, observables, particles, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
@@ -39,7 +39,7 @@ from .model.state import State
 from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
-from .peers import from_rebound, read_gubas, read_sians, to_rebound
+from .particles import Flight, Particles
 from .record.dense import Dense, Samples
 from .record.integrators import (
     DormandPrince54,
@@ -57,7 +57,8 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import fields, plots, view
+    from . import fields, plots, spice, view
+    from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
 else:
@@ -65,11 +66,13 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn.
-        if name in ("fields", "plots", "view"):
-            from importlib import import_module
+        # Not every run is drawn or handed on.
+        from importlib import import_module
 
+        if name in ("fields", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
+        if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
+            return getattr(import_module(".peers", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -87,6 +90,7 @@ __all__ = [
     "Ellipsoid",
     "Energy",
     "ForceFailed",
+    "Flight",
     "FullbodyError",
     "Gravity",
     "InconsistentInput",
@@ -99,6 +103,7 @@ __all__ = [
     "Loads",
     "NotConverged",
     "Part",
+    "Particles",
     "PointMass",
     "Polyhedron",
     "PrecisionWarning",
@@ -130,10 +135,12 @@ __all__ = [
     "integrate_many",
     "load",
     "observables",
+    "particles",
     "plots",
     "read_gubas",
     "read_sians",
     "read_toml",
+    "spice",
     "sweep",
     "systems",
     "to_rebound",

@@ -21,11 +21,13 @@ __all__ = [
     "System",
     "cartesian_to_elements",
     "elements_to_cartesian",
+    "fly",
     "integrate_many",
     "period",
     "quaternion_of_tait_bryan",
     "quaternion_product",
     "rotation_matrices",
+    "surface",
     "tolerance",
     "vector_paths",
 ]
@@ -257,6 +259,7 @@ class Simulation:
         dense: bool,
         progress: Callable[[float, float, float], Any] | None,
         autosave: tuple[float, Callable[[bytes], Any]] | None,
+        derivatives: Sequence[str] | None,
     ) -> tuple[dict[str, Any], BaseException | None]: ...
 
 @final
@@ -285,6 +288,21 @@ def integrate_many(
     report: Callable[[int, float], Any] | None,
     threads: int | None,
 ) -> None: ...
+def fly(
+    system: System,
+    dense: Dense,
+    particles: tuple[float, _Array, _Array, _Array],
+    until: float,
+    output: str | float | _Array | None,
+    integrator: dict[str, Any],
+    contact: str | tuple[float, float, float],
+    escape: tuple[float, bool] | None,
+    radiation: tuple[str, float, float] | None,
+    watched: Sequence[tuple[str, Any, int]],
+    threads: int | None,
+    progress: Callable[[float, float, float], Any] | None,
+) -> tuple[dict[str, Any], BaseException | None]: ...
+def surface(system: System, body: int, directions: _Array) -> tuple[_Array, _Array]: ...
 def tolerance(rtol: float, atol: float) -> tuple[float, float]: ...
 def elements_to_cartesian(values: _Array, mu: float) -> tuple[_Array, _Array]: ...
 def cartesian_to_elements(position: _Array, velocity: _Array, mu: float) -> _Array: ...

@@ -416,7 +416,7 @@ impl Dynamics {
         self.frame.show(time, y, attitudes, &mut self.outside.scene);
     }
 
-    fn turn(&mut self, y: &[f64]) {
+    pub(super) fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             let a = self.layout.attitude(body);
             self.outside.scene.bodies[body].rotation = match self.layout.chart {
@@ -427,7 +427,7 @@ impl Dynamics {
     }
 
     #[inline(always)]
-    fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
+    pub(super) fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
             rotation_first: self.outside.scene.bodies[i].rotation,

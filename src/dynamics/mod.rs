@@ -7,18 +7,22 @@
 mod equations;
 mod invariants;
 mod layout;
+mod parameter;
 mod rejected;
 mod rotor;
 mod splitting;
 mod state;
 mod system;
+mod variations;
 mod vector;
 
 pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
+pub use parameter::Parameter;
 pub use rejected::Rejected;
 pub use rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};
+pub use variations::{DEPARTURE, Variations};

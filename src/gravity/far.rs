@@ -26,6 +26,8 @@ const MAX_TERMS: usize = 28;
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarSeries {
     deviation: [f64; 3],
+    /// As [`FieldKernel::square_differences`].
+    differences: [f64; 3],
     e2: f64,
     e3: f64,
     mean: f64,
@@ -63,6 +65,7 @@ impl FarSeries {
         let coefficient = |n: usize| 3.0 / (2 * n + 3) as f64;
         Self {
             deviation: d,
+            differences: [-bc, -ca, -ab],
             e2,
             e3,
             mean: (a * a + b * b + c * c) / 3.0,
@@ -86,7 +89,7 @@ impl FarSeries {
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
         // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
         let newton = match ratio {
-            r if r < 0.015 => 1,
+            r if r < 0.022 => 1,
             r if r < 0.08 => 2,
             r if r < 0.17 => 3,
             _ => 4,
@@ -222,6 +225,10 @@ impl FieldKernel for Far<'_> {
             rd_difference: [third - second, -third, second],
             squares: self.squares(u),
         }
+    }
+
+    fn square_differences(&self) -> [f64; 3] {
+        self.series.differences
     }
 
     /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).

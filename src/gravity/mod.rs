@@ -81,6 +81,9 @@ pub trait FieldKernel: Copy {
     /// The field at points of the canonical frame.
     fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S>;
 
+    /// `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
+    fn square_differences(&self) -> [f64; 3];
+
     /// Phi - 1/r, and the field beside it.
     fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>);
 

@@ -113,6 +113,11 @@ impl FieldKernel for Near {
         self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
     }
 
+    fn square_differences(&self) -> [f64; 3] {
+        let [a2, b2, c2] = self.squares;
+        [c2 - b2, a2 - c2, b2 - a2]
+    }
+
     #[inline(always)]
     fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>) {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];

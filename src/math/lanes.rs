@@ -24,38 +24,40 @@ pub enum VectorPath {
     Avx2,
     /// AVX-512, eight lanes.
     Avx512,
+    /// NEON of 64-bit ARM, two lanes.
+    Neon,
 }
 
 impl Named for VectorPath {
     const WHAT: &'static str = "vector_path";
-    const NAMES: &'static [(&'static str, Self)] =
-        &[("auto", Self::Auto), ("portable", Self::Portable), ("avx2", Self::Avx2), ("avx512", Self::Avx512)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("auto", Self::Auto),
+        ("portable", Self::Portable),
+        ("avx2", Self::Avx2),
+        ("avx512", Self::Avx512),
+        ("neon", Self::Neon),
+    ];
 }
 
 impl VectorPath {
     /// Every path that this machine can run, the portable one first.
     pub fn available() -> Vec<Self> {
-        [Self::Portable, Self::Avx2, Self::Avx512].into_iter().filter(|p| p.arch().is_some()).collect()
+        let paths = Self::NAMES.iter().map(|&(_, path)| path).filter(|&path| path != Self::Auto);
+        paths.filter(|path| path.arch().is_some()).collect()
     }
 
     /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(target_arch = "x86_64")]
     pub fn arch(self) -> Option<Arch> {
         match self {
             Self::Auto => Some(Arch::new()),
             Self::Portable => Some(Arch::Scalar),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx2 => pulp::x86::V3::try_new().map(Arch::V3),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
-        }
-    }
-
-    /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(not(target_arch = "x86_64"))]
-    pub fn arch(self) -> Option<Arch> {
-        match self {
-            Self::Auto => Some(Arch::new()),
-            Self::Portable => Some(Arch::Scalar),
-            Self::Avx2 | Self::Avx512 => None,
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            _ => None,
         }
     }
 }
@@ -392,6 +394,42 @@ impl WithSimd for WeightedRows<'_> {
                 }
             }
             (*out, *tail) = (sum, rest);
+        }
+    }
+}
+
+/// A weighted sum of rows of the length of `out`, times a size, added to a start.
+pub struct Combination<'a> {
+    /// The terms of the sum; low parts are left out.
+    pub terms: &'a [Term],
+    /// Rows, one after the other.
+    pub rows: &'a [f64],
+    /// The factor of the sum.
+    pub size: f64,
+    /// What it is added to.
+    pub start: &'a [f64],
+    /// The result; a [`stride`] is its length.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Combination<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
+        let start = S::as_simd_f64s(self.start).0.as_chunks::<COLUMNS>().0;
+        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
+        let width = out.len();
+        for (column, (out, start)) in out.iter_mut().zip(start).enumerate() {
+            *out = *start;
+            for term in self.terms {
+                let weight = simd.splat_f64s(self.size * term.weight);
+                let values = &rows[term.row * width + column];
+                for k in 0..COLUMNS {
+                    out[k] = simd.mul_add_e_f64s(weight, values[k], out[k]);
+                }
+            }
         }
     }
 }

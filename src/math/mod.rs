@@ -7,6 +7,7 @@ pub mod compensated;
 pub mod harmonics;
 pub mod lanes;
 pub mod logarithm;
+pub mod matrix;
 pub mod monomials;
 pub mod rotation;
 pub mod spline;

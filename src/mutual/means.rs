@@ -125,14 +125,14 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
 
 /// Where the nodes are, from the field body's centre.
 #[derive(Clone, Copy)]
-struct Place<S: Simd, const D: usize> {
+pub(super) struct Place<S: Simd, const D: usize> {
     origin: [Lanes<S>; 3],
     axes: [[Lanes<S>; 3]; D],
 }
 
 impl<S: Simd, const D: usize> Place<S, D> {
     #[inline(always)]
-    fn new(simd: S, origin: &Vec3, vectors: &[Vec3; D]) -> Self {
+    pub fn new(simd: S, origin: &Vec3, vectors: &[Vec3; D]) -> Self {
         let origin = splat_vector(simd, origin);
         let mut axes = [origin; D];
         for k in 0..D {
@@ -142,7 +142,7 @@ impl<S: Simd, const D: usize> Place<S, D> {
     }
 
     #[inline(always)]
-    fn of(self, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    pub fn of(self, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
         let mut x = self.origin;
         for k in (0..D).rev() {
             for i in 0..3 {

@@ -14,6 +14,8 @@ mod derivatives;
 mod expansion;
 mod faceted;
 mod faces;
+mod gradient;
+mod jacobian;
 mod link;
 mod means;
 mod method;
@@ -25,6 +27,7 @@ mod store;
 mod surface;
 
 pub use attractor::BodyGravity;
+pub use jacobian::Jacobian;
 pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;
 pub use multipole::Multipole;

@@ -1,6 +1,6 @@
 //! A pair of parts with a method, evaluated with the rule in force.
 
-use super::rule::{Kernel, NodeStore, Rule};
+use super::rule::{GradientNodes, Kernel, NodeStore, Rule};
 use super::store::Carrier;
 use super::{
     Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
@@ -9,6 +9,8 @@ use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::BLOCK;
+use crate::math::matrix::{times, times_transposed};
+use crate::math::rotation::turned;
 use crate::patience::{Patience, UNITS};
 use crate::quadrature::Order;
 use crate::shape::{Shape, growth};
@@ -27,8 +29,10 @@ pub struct Pair {
     pub(super) bodies: [BodyGravity; 2],
     /// The points that stand for each body where that one is integrated over.
     pub(super) carriers: [Carrier; 2],
-    multipole: Option<Multipole>,
+    pub(super) multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
+    /// The nodes over which the field's gradient is averaged, where they have been asked for.
+    pub(super) gradient_nodes: Option<GradientNodes>,
     pub(super) nodes: NodeStore,
 }
 
@@ -67,6 +71,7 @@ impl Pair {
             carriers,
             multipole,
             rule: None,
+            gradient_nodes: None,
             nodes,
         }
     }
@@ -280,7 +285,7 @@ impl Pair {
         }
     }
 
-    fn field_and_set(&self, rule: &Rule) -> [&BodyGravity; 2] {
+    pub(super) fn field_and_set(&self, rule: &Rule) -> [&BodyGravity; 2] {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
@@ -290,8 +295,9 @@ impl Pair {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.canonical * rotation_field.transpose();
-        Roles { origin: to_field * separation, turn: to_field * rotation_set * set.canonical.transpose() }
+        let to_field = times_transposed(&field.canonical, rotation_field);
+        let turn = times_transposed(&times(&to_field, rotation_set), &set.canonical);
+        Roles { origin: turned(&to_field, &separation), turn }
     }
 }
 
@@ -312,7 +318,7 @@ fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
     }
 }
 
-fn monopole(pose: &Pose) -> Interaction {
+pub(super) fn monopole(pose: &Pose) -> Interaction {
     let r = pose.separation.norm();
     let zero = Vec3::zeros();
     Interaction { force_on_first: pose.separation / r / r / r, torque_first: zero, torque_second: zero }

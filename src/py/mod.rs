@@ -11,6 +11,7 @@ mod forces;
 mod gravity;
 mod listening;
 mod orbits;
+mod particles;
 mod polyhedra;
 mod rotations;
 mod runs;
@@ -30,6 +31,8 @@ mod _core {
     use super::gravity::PyAttraction;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
+    #[pymodule_export]
+    use super::particles::{fly, surface};
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
     #[pymodule_export]

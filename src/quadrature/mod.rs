@@ -8,6 +8,6 @@ mod convergence;
 mod nodes;
 
 pub use convergence::{
-    Order, closest_confocal, focal_degree, focal_vectors, guess_degree, layer_degree, surface_degree,
+    Order, closest_confocal, focal_degrees, focal_vectors, guess_degree, layer_degree, surface_degree,
 };
 pub use nodes::Nodes;

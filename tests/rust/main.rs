@@ -9,6 +9,7 @@ mod gravity;
 mod integrators;
 mod many;
 mod math;
+mod jacobian;
 mod mutual;
 mod mutual_values;
 mod orbit;

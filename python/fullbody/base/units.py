@@ -40,6 +40,7 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "pressure": (-1, -2, 1, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
+    "area to mass": (2, 0, -1, 0),
 }
 
 
@@ -58,6 +59,7 @@ _EXAMPLES = {
     "pressure": "Pa",
     "G": "m3/(kg s2)",
     "mu": "km3/s2",
+    "area to mass": "m2/kg",
 }
 #: The units of ``units=True``, and others that a misspelt name may have meant.
 USUAL = ("km", "hour", "kg")
