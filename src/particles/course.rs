@@ -136,13 +136,7 @@ impl<'a> Course<'a> {
     /// Columns of all bodies at the times of a block's lanes, which are within the stretch. `cursors` are the steps that the lanes
     /// were last in.
     #[inline(always)]
-    pub fn places<S: Simd>(
-        &self,
-        simd: S,
-        times: &Block,
-        cursors: &mut [usize; BLOCK],
-        out: &mut [Block],
-    ) {
+    pub fn places<S: Simd>(&self, simd: S, times: &Block, cursors: &mut [usize; BLOCK], out: &mut [Block]) {
         let mut numbers = [[0.0; 8]; MOST_REGISTERS];
         for lane in 0..BLOCK {
             let time = times[lane];
@@ -156,7 +150,8 @@ impl<'a> Course<'a> {
             cursors[lane] = at;
             let segment = self.segments[at];
             let basis = segment.basis(segment.fraction(time));
-            let step = &self.packed[(at - self.stretch.start) * self.rows * self.width..][..self.rows * self.width];
+            let step =
+                &self.packed[(at - self.stretch.start) * self.rows * self.width..][..self.rows * self.width];
             for first in (0..self.width).step_by(8 * MOST_REGISTERS) {
                 let count = ((self.width - first) / 8).min(MOST_REGISTERS);
                 sum(simd, step, self.width, first, &basis, &mut numbers[..count]);

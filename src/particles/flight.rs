@@ -145,7 +145,9 @@ impl Plan<'_> {
             let mut inside = || hook(Progress { start, time: start, end: until });
             let patience = &mut Patience::new(&mut inside);
             let bodies = system.bodies().iter();
-            bodies.map(|body| Puller::new(body, constant, system.arch(), patience)).collect::<Result<Vec<_>>>()
+            bodies
+                .map(|body| Puller::new(body, constant, system.arch(), patience))
+                .collect::<Result<Vec<_>>>()
         }?;
         let surfaces: Vec<Surface> = system.bodies().iter().map(Surface::new).collect();
         let mut course = Course::new(dense.frame(), dense.pieces());
@@ -172,7 +174,8 @@ impl Plan<'_> {
         let pool = pool.map_err(|error| {
             Error::invalid("threads", threads, format!("as many as the system can start ({error})"))
         })?;
-        let origin = |time: f64| (dense.frame().nominal_at(time), Vec3::from(dense.frame().barycentre_velocity));
+        let origin =
+            |time: f64| (dense.frame().nominal_at(time), Vec3::from(dense.frame().barycentre_velocity));
         let stop = AtomicBool::new(false);
         let mut time = start;
         loop {
@@ -195,7 +198,12 @@ impl Plan<'_> {
             let end = if whole { until } else { end };
             course.pack(stretch);
             let flying = Flying {
-                world: World { course: &course, pullers: &pullers, tableau: rules.tableau, arch: system.arch() },
+                world: World {
+                    course: &course,
+                    pullers: &pullers,
+                    tableau: rules.tableau,
+                    arch: system.arch(),
+                },
                 outside: &outside,
                 surfaces: &surfaces,
                 mu: pullers.iter().map(|puller| puller.gm).sum(),
@@ -208,7 +216,8 @@ impl Plan<'_> {
                 stop: &stop,
             };
             let size = particles.len().div_ceil(4 * threads).next_multiple_of(16).min(BATCH);
-            let mut report = |part: f64| hook(Progress { start, time: time + part * (end - time), end: until });
+            let mut report =
+                |part: f64| hook(Progress { start, time: time + part * (end - time), end: until });
             let Flown { samples, happened } = flown;
             let all = (&mut *particles, size);
             pool.in_place_scope(|scope| push_all(scope, &flying, all, samples, happened, &mut report))?;
@@ -239,7 +248,11 @@ fn begin(
         if surface.contains(&place) {
             let name = &system.bodies()[body].name;
             let value = format!("inside {name}");
-            return Err(Error::invalid(format!("position of particle {index}"), value, "a place outside all bodies"));
+            return Err(Error::invalid(
+                format!("position of particle {index}"),
+                value,
+                "a place outside all bodies",
+            ));
         }
         if surface.contains(&(place * (1.0 - 1e-10))) {
             particle.place = Place::Flying { departing: true };

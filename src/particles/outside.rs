@@ -112,12 +112,7 @@ impl Outside {
 
     /// The visible part of the source's disc from a place, with a body's rotation and the place from its centre; all of it where there
     /// is no light.
-    pub fn seen(
-        &mut self,
-        time: f64,
-        x: &Vec3,
-        place: impl FnMut(usize) -> (Mat3, Vec3),
-    ) -> Result<f64> {
+    pub fn seen(&mut self, time: f64, x: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
         let Some(light) = &self.light else { return Ok(1.0) };
         let towards = self.pulls[light.source].place(time)?.position - x;
         Ok(light.seen(&towards, place))

@@ -3,8 +3,8 @@
 //! A lane's result does not depend on the other lanes, so that a particle flies alone as it flies among others.
 
 use super::course::{Block, COLUMNS};
-use crate::gravity::Anywhere;
 use crate::error::Result;
+use crate::gravity::Anywhere;
 use crate::math::carlson::{duplications_needed, rd_triple};
 use crate::math::lanes::{BLOCK, Lanes, dot};
 use crate::math::rotation::{matrix, turned, turned_back};
@@ -41,7 +41,12 @@ enum Law {
 
 impl Puller {
     /// Of a body. Moments of polyhedra may take a while.
-    pub fn new(body: &Body, gravitational_constant: f64, arch: Arch, patience: &mut Patience) -> Result<Self> {
+    pub fn new(
+        body: &Body,
+        gravitational_constant: f64,
+        arch: Arch,
+        patience: &mut Patience,
+    ) -> Result<Self> {
         let part = |part: &Part| {
             let law = match &part.shape {
                 Shape::Point => Law::Point,
@@ -61,7 +66,12 @@ impl Puller {
         let parts = body.parts().iter().map(part).collect::<Result<Vec<_>>>()?;
         let central = |part: &PartPuller| matches!(part.law, Law::Point) && part.place.is_none();
         let strength = gravitational_constant * body.mass_without_signs();
-        Ok(Self { gm: gravitational_constant * body.mass, strength, turns: !parts.iter().all(central), parts })
+        Ok(Self {
+            gm: gravitational_constant * body.mass,
+            strength,
+            turns: !parts.iter().all(central),
+            parts,
+        })
     }
 
     /// Adds the acceleration of a block by the body whose columns these are. With `nearness`, the square of the distance from the

@@ -261,7 +261,8 @@ impl<'a, 'b> Batch<'a, 'b> {
         if error <= 1.0 {
             let factor = particle.controller.accepted(error, tableau.error_order);
             // A step that was cut says little of the next one.
-            particle.next = if size < particle.next { particle.next.max(size * factor) } else { size * factor };
+            particle.next =
+                if size < particle.next { particle.next.max(size * factor) } else { size * factor };
             return true;
         }
         particle.next = size * particle.controller.rejected(error, tableau.error_order);
@@ -281,7 +282,8 @@ impl<'a, 'b> Batch<'a, 'b> {
         let Flying { surfaces, world, .. } = *self.flying;
         let x = Vec3::from([0, 1, 2].map(|c| self.stages.motion[c][lane]));
         let near = |body: usize| nearest(&(x - starts[body][lane]), &(end - self.centre(body, lane)));
-        let mut pull = if self.flying.outside.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
+        let mut pull =
+            if self.flying.outside.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
         for (body, (surface, puller)) in surfaces.iter().zip(world.pullers).enumerate() {
             let inner = 0.5 * (near(body) + surface.radius) - surface.focal;
             // Written so that a NaN leaves a doubt.

@@ -67,7 +67,8 @@ impl Occulter {
         if (p + s * ahead).norm_squared() > reach * reach * (1.0 + tau * tau) {
             return None;
         }
-        let own = |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
+        let own =
+            |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
         // In the frame in which the ellipsoid is the unit sphere.
         let p = own(&p);
         let directions = Mat3::from_columns(&[own(s), own(across[0]) * tau, own(across[1]) * tau]);

@@ -189,7 +189,9 @@ impl PartSurface {
                     let distance = normal.dot(&(a - from)) / normal.dot(along);
                     let x = from + along * distance;
                     let sides = [(a, b), (b, c), (c, a)];
-                    let within = sides.iter().all(|(u, v)| (v - u).cross(&(x - u)).dot(&normal) >= -1e-14 * normal.norm_squared());
+                    let within = sides
+                        .iter()
+                        .all(|(u, v)| (v - u).cross(&(x - u)).dot(&normal) >= -1e-14 * normal.norm_squared());
                     (within && distance > 0.0 && distance.is_finite()).then_some(distance)
                 };
                 (0..polyhedron.faces().len()).filter_map(crossing).max_by(f64::total_cmp)

@@ -97,7 +97,8 @@ pub fn scan(
         };
         let mut last = (start, value(start)?);
         for look in 1..=LOOKS {
-            let time = if look == LOOKS { until } else { start + (until - start) * look as f64 / LOOKS as f64 };
+            let time =
+                if look == LOOKS { until } else { start + (until - start) * look as f64 / LOOKS as f64 };
             let next = (time, value(time)?);
             let rising = next.1 > last.1;
             let crossed = last.1 * next.1 < 0.0 || (next.1 == 0.0 && last.1 != 0.0);

@@ -8,7 +8,8 @@ use super::systems::PySystem;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::particles::{
-    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface, Watch,
+    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface,
+    Watch,
 };
 use crate::trajectory::{Integrator, Output, Progress};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
@@ -77,7 +78,8 @@ pub fn fly<'py>(
     };
     let radiation = radiation.map(|(by, strength, radius)| Radiation { by, strength, radius });
     let listener = Arc::new(Listener::default());
-    let watches = watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
+    let watches =
+        watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
     let mut flying: Vec<Particle> = positions
         .iter()
         .zip(&velocities)
@@ -158,7 +160,10 @@ fn arrays<'py>(
     let fates: Vec<i8> = particles.iter().map(|particle| number(particle.end.fate)).collect();
     dict.set_item("fate", numpy::PyArray1::from_vec(py, fates))?;
     let body = |particle: &Particle| particle.end.body.map_or(-1, |body| body as i32);
-    dict.set_item("fate_body", numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()))?;
+    dict.set_item(
+        "fate_body",
+        numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()),
+    )?;
     let strikes: Vec<u32> = particles.iter().map(|particle| particle.strikes).collect();
     dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
     let happened = flown.happened;

@@ -166,13 +166,17 @@ impl Polyhedron {
         let nearest = Cell::new((f64::INFINITY, 0));
         let place = point / self.scale;
         let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
-        self.solid.tree.least(f64::INFINITY, |block| block.distance(&place), |face, _| {
-            let distance = point_to_triangle(&place, &corners(face));
-            if distance < nearest.get().0 {
-                nearest.set((distance, face));
-            }
-            distance
-        });
+        self.solid.tree.least(
+            f64::INFINITY,
+            |block| block.distance(&place),
+            |face, _| {
+                let distance = point_to_triangle(&place, &corners(face));
+                if distance < nearest.get().0 {
+                    nearest.set((distance, face));
+                }
+                distance
+            },
+        );
         let [a, b, c] = corners(nearest.get().1);
         let normal = (b - a).cross(&(c - a)).normalize();
         (normal, normal.dot(&(place - a)) * self.scale)

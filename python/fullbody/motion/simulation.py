@@ -432,7 +432,6 @@ class System(BaseSystem):  # noqa: D101
             derivatives=derivatives,
         )
 
-
     def fly(
         self,
         state: State,

@@ -46,9 +46,7 @@ class Ground:
         )
 
 
-def thrown(
-    ground: Ground, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any
-) -> tuple[Any, Any]:
+def thrown(ground: Ground, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any) -> tuple[Any, Any]:
     """Positions and velocities of what leaves the ground."""
     given = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
     for name, values in given.items():
