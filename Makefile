@@ -26,7 +26,7 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce fission dimorphos test test-rust test-arm test-python test-wheel wheel crate check fmt docs bench fuzz \
+.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel crate check fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
 help:  ## this list
@@ -105,6 +105,9 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
+
+millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; goes on where it was cut short
+	$(BIN)/python -m fullbody millennia --out out/millennia
 
 fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; goes on where it was cut short
 	$(BIN)/python -m reproduction.ho2022 --out out/fission

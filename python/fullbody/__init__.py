@@ -57,7 +57,7 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import fields, plots, spice, view
+    from . import analysis, fields, plots, spice, view
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
@@ -66,10 +66,10 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn or handed on.
+        # Not every run is drawn, analysed or handed on.
         from importlib import import_module
 
-        if name in ("fields", "plots", "spice", "view"):
+        if name in ("analysis", "fields", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
         if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
             return getattr(import_module(".peers", __name__), name)
@@ -89,8 +89,8 @@ __all__ = [
     "DormandPrince54",
     "Ellipsoid",
     "Energy",
-    "ForceFailed",
     "Flight",
+    "ForceFailed",
     "FullbodyError",
     "Gravity",
     "InconsistentInput",
@@ -125,6 +125,7 @@ __all__ = [
     "Verner98",
     "WorkingFrame",
     "__version__",
+    "analysis",
     "binary",
     "ensembles",
     "events",

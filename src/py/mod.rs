@@ -32,7 +32,7 @@ mod _core {
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]
-    use super::particles::{fly, surface};
+    use super::particles::{fly, surface, visible};
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
     #[pymodule_export]

@@ -2,14 +2,14 @@
 
 use super::arrays::{array, from_vectors, vectors};
 use super::descriptions::from_python;
-use super::listening::Listener;
+use super::listening::{Listener, listening};
 use super::runs::{PyDense, Sampling};
-use super::systems::PySystem;
+use super::systems::{PyState, PySystem};
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::particles::{
     Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface,
-    Watch,
+    Watch, visible_from,
 };
 use crate::trajectory::{Integrator, Output, Progress};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
@@ -131,6 +131,23 @@ pub fn surface<'py>(
     let (places, normals): (Vec<_>, Vec<_>) =
         directions.iter().map(place).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
     Ok((from_vectors(py, &places)?, from_vectors(py, &normals)?))
+}
+
+/// The visible part (P,) of a third body's disc from places (P, 3) in a state.
+#[pyfunction]
+pub fn visible<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    state: &PyState,
+    radiation: (String, f64, f64),
+    points: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Array<'py>> {
+    let (by, strength, radius) = radiation;
+    let (radiation, points) = (Radiation { by, strength, radius }, vectors("points", &points)?);
+    let parts =
+        listening(py, |patience| visible_from(&system.inner, &state.inner, &radiation, &points, patience))?;
+    let count = parts.len();
+    array(py, parts, &[count])
 }
 
 /// What was recorded, as arrays by their names.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,7 +76,7 @@ class Periapsis(ParticleEvent):
     """
 
     body: int | str = 0
-    direction: int = 1
+    direction: int = field(default=1, kw_only=True)
 
     def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
         return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))

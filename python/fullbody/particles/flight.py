@@ -116,7 +116,8 @@ class Flight(Tabled):
     @property
     def fate(self) -> npt.NDArray[np.str_]:
         """What became of each particle (P,)."""
-        return np.array(FATES)[self._record["fate"]]
+        found: npt.NDArray[np.str_] = np.array(FATES)[self._record["fate"]]
+        return found
 
     @property
     def fate_time(self) -> Array:

@@ -6,11 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
 from ..base.arguments import named_options, positive
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
+    from ..model.state import State
     from ..model.system import BaseSystem
 
 __all__ = ["Bounce", "Escape", "Radiation"]
@@ -121,3 +126,26 @@ class Radiation(ScalarFields):
                 value = sun * u.Unit(unit)
             found.append(units.number(value, dimension, f"{name} of Radiation"))
         return (self.by, found[0], found[1])
+
+    def visible(self, system: BaseSystem, state: State, points: Any) -> npt.NDArray[np.float64]:
+        """The visible part of the third body's disc.
+
+        Parameters
+        ----------
+        system : System
+        state : State
+            Its barycentre is the nominal one.
+        points : array_like or Quantity, (..., 3)
+            Inertial, in the coordinates of the state.
+
+        Returns
+        -------
+        ndarray, (...)
+            From 0, in the umbra, to 1, in full light.
+        """
+        units = system._units
+        places = units.strip(points, "length", "points")
+        if places.shape[-1:] != (3,):
+            raise InvalidInput(f"points has shape {places.shape}; expected (..., 3)")
+        rows = np.ascontiguousarray(places.reshape(-1, 3))
+        return _core.visible(system._core, system._strip(state), self._numbers(system), rows).reshape(places.shape[:-1])

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
-from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose
+from meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose
 from support import matrix, reference
 
 
@@ -244,16 +244,6 @@ def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
     angle = Polyhedron(corners, np.concatenate([cap[:, ::-1], cap + 6, sides]))
     with pytest.raises(fullbody.InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
         Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
-
-
-def focal_points(a, b, c, n=12, m=48):
-    """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
-    t, w = np.polynomial.legendre.leggauss(2 * n + 1)
-    t, w = t[t > 1e-9], w[t > 1e-9]
-    alpha = 2.0 * np.pi * (np.arange(m) + 0.5) / m
-    ring = np.sqrt(1.0 - t * t)[:, None] * np.array([np.cos(alpha), np.sin(alpha)])[:, None]
-    points = np.stack([(a * a - c * c) ** 0.5 * ring[0], (b * b - c * c) ** 0.5 * ring[1], 0.0 * ring[0]], axis=-1)
-    return points.reshape(-1, 3), np.repeat(3.0 * t * t * w / m, m)
 
 
 @pytest.mark.parametrize("distance", [1.7, 2.4, 5.0, 40.0, 3000.0])
