@@ -213,11 +213,11 @@ def _cells(pair: Synodic, place: int, body: Any) -> _Numbers:
 def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:
     """A body as seen along z, or a dot."""
     cells = _cells(pair, place, body)[..., :2]
-    style = {"facecolors": "0.35", "edgecolors": "0.35", "linewidths": 0.3, "zorder": 3}
+    style = {"facecolors": "#56B4E9", "edgecolors": "#56B4E9", "linewidths": 0.3, "zorder": 3}
     if len(cells):
         ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     else:
-        ax.plot(*pair._centres[place][:2], marker=".", color="0.2", zorder=3)
+        ax.plot(*pair._centres[place][:2], marker=".", color="#56B4E9", zorder=3)
 
 
 def _stage(ax: Any) -> Any:
