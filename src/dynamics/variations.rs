@@ -13,7 +13,7 @@ use super::layout::vector;
 use super::{Dynamics, Parameter, State};
 use crate::error::Result;
 use crate::math::compensated::sum;
-use crate::math::lanes::{DEPTH, Product};
+use crate::math::rows::{DEPTH, Product};
 use crate::math::{Mat3, Vec3};
 use crate::mutual::Jacobian;
 use crate::patience::Patience;

@@ -1,4 +1,4 @@
-//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid harmonics, lanes (SIMD).
+//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid harmonics, lanes and rows (SIMD).
 //!
 //! Takes and gives plain numbers and `nalgebra` vectors.
 
@@ -9,7 +9,9 @@ pub mod lanes;
 pub mod logarithm;
 pub mod monomials;
 pub mod rotation;
+pub mod rows;
 pub mod spline;
+pub mod stumpff;
 pub mod triangle;
 
 /// A vector of three doubles.
