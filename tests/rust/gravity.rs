@@ -14,7 +14,7 @@ fn field_of(axes: [f64; 3]) -> ExteriorField {
 }
 
 fn outer_root(x: &Vec3, axes: [f64; 3]) -> f64 {
-    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    let square = |v: f64| -> Lanes<Scalar> { Lanes::splat(Scalar, v * v) };
     kappa([square(x.x), square(x.y), square(x.z)], axes.map(|a| a * a)).first()
 }
 
