@@ -5,6 +5,7 @@
 VENV   ?= .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 PYTHON ?= python3
+MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
 # What the hunt for faults has, and its parts, each of which gets its share of it.
 FUZZ_MINUTES ?= 60
@@ -20,7 +21,8 @@ AUDIT  = $(BIN)/auditwheel show dist/*.whl
 endif
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
-export PATH := $(CURDIR)/$(BIN):$(PATH)
+# Windows joins its folders by another sign.
+export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
@@ -30,11 +32,11 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-$(BIN)/maturin:
+$(MATURIN):
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
 
-$(VENV)/.built: $(BIN)/maturin pyproject.toml $(RUST)
+$(VENV)/.built: $(MATURIN) pyproject.toml $(RUST)
 	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[all]'
 	@touch $@
 
@@ -46,7 +48,7 @@ $(VENV)/.docs: $(VENV)/.built
 	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[docs]'
 	@touch $@
 
-$(VENV)/.wheel: $(BIN)/maturin
+$(VENV)/.wheel: $(MATURIN)
 	$(BIN)/python -m pip install --quiet 'auditwheel>=6.4,<7' 'cargo-zigbuild>=0.20,<1' 'ziglang>=0.13,<1'
 	@touch $@
 
@@ -75,7 +77,7 @@ wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel 
 test-wheel: wheel  ## installs the wheel where no Rust is, and the source distribution, and runs 1999 KW4 from both
 	$(BIN)/python tests/installed.py dist
 
-crate: $(BIN)/maturin  ## packs the crate, and builds it from what was packed
+crate: $(MATURIN)  ## packs the crate, and builds it from what was packed
 	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
 	cargo package --allow-dirty
 
@@ -113,7 +115,7 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, polyhedra; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, gravity at many points, polyhedra; collisions missed; a sweep killed twenty times
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -121,6 +123,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/brouwer.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
+	$(BIN)/python benches/gravity.py
 	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py

@@ -34,6 +34,8 @@ pub struct FarSeries {
     /// Coefficients in u, beyond the leading 1 of R_1, of: (R_1 u^(-3/2) - 1) / u, (R_2 - R_1) u^(-5/2),
     /// (R_3 - R_1) u^(-5/2).
     rd: [[f64; 3]; MAX_TERMS],
+    /// Coefficients of R_ij u^(-5/2), in the order of [`FieldKernel::second`].
+    second: [[f64; 3]; MAX_TERMS],
     /// Coefficients of (R_F u^(-1/2) - 1) / u^2.
     rf: [[f64; 1]; MAX_TERMS],
 }
@@ -62,6 +64,7 @@ impl FarSeries {
         };
         let k1 = geometric(&h, d[0]);
         let (k12, k13) = (geometric(&k1, d[1]), geometric(&k1, d[2]));
+        let k23 = geometric(&geometric(&h, d[1]), d[2]);
         let coefficient = |n: usize| 3.0 / (2 * n + 3) as f64;
         Self {
             deviation: d,
@@ -73,6 +76,7 @@ impl FarSeries {
                 let next = k1.get(n + 1).copied().unwrap_or(0.0);
                 [next, ab * k12[n], -ca * k13[n]].map(|k| k * coefficient(n + 1))
             }),
+            second: std::array::from_fn(|n| [k23[n], k13[n], k12[n]].map(|k| k * coefficient(n + 1))),
             rf: std::array::from_fn(|n| [h.get(n + 2).map_or(0.0, |h| h / (2 * n + 5) as f64)]),
         }
     }
@@ -225,6 +229,17 @@ impl FieldKernel for Far<'_> {
             rd_difference: [third - second, -third, second],
             squares: self.squares(u),
         }
+    }
+
+    #[inline(always)]
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+        let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
+        let u = (eta + eta.constant(1.0)) * inverse;
+        let fifth = u * u * u.sqrt();
+        // The monopole's cut has no terms, and the first of these is not zero.
+        let terms = self.cut.terms.max(1);
+        let [first, second, third] = polynomials(&self.series.second[..terms], u);
+        (self.field(x), [fifth * first, fifth * second, fifth * third])
     }
 
     fn square_differences(&self) -> [f64; 3] {

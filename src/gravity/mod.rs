@@ -15,23 +15,26 @@
 //! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
 
 mod anywhere;
+mod body_field;
 mod ellipsoidal;
-mod exterior;
 mod far;
 mod layer;
 mod layer_pull;
+mod many;
 mod near;
 mod polyhedral;
 mod pull;
 
 pub use anywhere::Anywhere;
+pub use body_field::BodyField;
 pub use ellipsoidal::{Ellipsoidal, Gravity, turned, turned_back};
-pub use exterior::ExteriorField;
 pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
 pub use layer_pull::LayerPull;
+pub use many::{Attractor, Points, Wanted};
 pub use near::{Near, kappa};
 pub use polyhedral::{Facets, PolyhedralField};
+pub(crate) use pull::slopes_of_point;
 pub use pull::{BodyPull, ExtendedPull};
 
 use crate::math::lanes::{INTERLEAVED, Lanes, dot};
@@ -67,6 +70,29 @@ impl<S: Simd, const N: usize> PointField<S, N> {
     }
 }
 
+impl<S: Simd> PointField<S> {
+    /// The rows of the derivative of -x cross g, with n and f of [`Self::bend`] and [`FieldKernel::square_differences`]: with Q_i the
+    /// differences of the R_i, -(x cross g)_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f (a_3^2 - a_2^2) n_j / (s_2 s_3), free of cancellation
+    /// from any distance.
+    #[inline(always)]
+    pub fn turning(
+        &self,
+        x: [Lanes<S>; 3],
+        (n, f): ([Lanes<S>; 3], Lanes<S>),
+        differences: [f64; 3],
+    ) -> [[Lanes<S>; 3]; 3] {
+        let mut rows = [x; 3];
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let common = f * n[j] * n[k] * f.constant(differences[i]);
+            rows[i] = [common * n[0], common * n[1], common * n[2]];
+            rows[i][j] = rows[i][j] + x[k] * self.rd_difference[i];
+            rows[i][k] = rows[i][k] + x[j] * self.rd_difference[i];
+        }
+        rows
+    }
+}
+
 /// f n_i n_j - R_i delta_ij: xx, xy, xz, yy, yz, zz.
 #[inline(always)]
 fn bent<S: Simd, const N: usize>(
@@ -82,6 +108,10 @@ fn bent<S: Simd, const N: usize>(
 pub trait FieldKernel: Copy {
     /// The field at points of the canonical frame.
     fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N>;
+
+    /// The field, and `[R_23, R_31, R_12]` with (a_i^2 - a_j^2) R_ij = R_j - R_i, for equal axes too: the integrals
+    /// (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2)(t+a_j^2)) from kappa on.
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]);
 
     /// `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
     fn square_differences(&self) -> [f64; 3];

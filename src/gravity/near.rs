@@ -7,6 +7,7 @@
 
 use super::{FieldKernel, PointField};
 use crate::math::carlson::{duplications_needed, rd_triple};
+use crate::math::dual::Dual;
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::Ellipsoid;
 use pulp::Simd;
@@ -44,9 +45,11 @@ impl Near {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let [a2, b2, c2] = self.squares;
         let level = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
-        let outside = level.if_less(c(1.0), c(0.0), c(1.0));
+        // Points meant to lie on the surface may round to just inside it.
+        let surface = c(1.0 - 1e-12);
+        let outside = level.if_less(surface, c(0.0), c(1.0));
         // In place of a point inside the end of the longest axis, where the iteration is at its end.
-        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(c(1.0), c(inner), x2);
+        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(surface, c(inner), x2);
         let kappa =
             root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
         let (phi, field) = self.beyond(x2, kappa);
@@ -117,6 +120,16 @@ impl FieldKernel for Near {
     #[inline(always)]
     fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
+    }
+
+    /// By the derivatives of the integrals in their arguments: R_12 = -2 dR_1/ds_2.
+    #[inline(always)]
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+        let field = self.field(x);
+        // What the series leaves out falls more slowly in its derivatives.
+        let [first, second, _] = rd_triple(Dual::variables(field.squares), self.duplications + 1);
+        let minus_two = x[0].constant(-2.0);
+        (field, [minus_two * second.by[2], minus_two * first.by[2], minus_two * first.by[1]])
     }
 
     fn square_differences(&self) -> [f64; 3] {

@@ -139,6 +139,15 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
+    /// The smaller of two, lane by lane.
+    #[inline(always)]
+    pub fn min(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.raw[k] = self.simd.min_f64s(self.raw[k], other.raw[k]);
+        }
+        self
+    }
+
     /// Absolute value.
     #[inline(always)]
     pub fn abs(mut self) -> Self {

@@ -36,13 +36,6 @@ pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
     Vec3::new(row(0), row(1), row(2))
 }
 
-/// The product of two matrices, in line as well.
-#[inline(always)]
-pub fn times(a: &Mat3, b: &Mat3) -> Mat3 {
-    let column = |k: usize| turned(a, &Vec3::new(b[(0, k)], b[(1, k)], b[(2, k)]));
-    Mat3::from_columns(&[column(0), column(1), column(2)])
-}
-
 /// The product of a transposed matrix and a vector: the turn back.
 #[inline(always)]
 pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {

@@ -6,6 +6,7 @@ use crate::gravity::{Facets, FarSeries, Layer};
 use crate::math::rotation::turned_back;
 use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
+use crate::quadrature::focal_distance;
 use crate::shape::{Ellipsoid, Polyhedron, Shape};
 use pulp::Arch;
 use std::sync::Arc;
@@ -81,6 +82,19 @@ impl BodyGravity {
         match &self.shape {
             Shape::Ellipsoid(e) => Some(e),
             Shape::Polyhedron(_) | Shape::Point => None,
+        }
+    }
+
+    /// A bound from below of the distance of a point of the canonical frame from where the exterior potential is singular.
+    pub(super) fn singular_distance(&self, arch: Arch, x: &Vec3) -> f64 {
+        /// Beyond so many radii the sphere around the body is near enough.
+        const FAR: f64 = 3.0;
+        let (distance, radius) = (x.norm(), self.shape.focal_reach());
+        match (&self.facets, self.ellipsoid()) {
+            _ if distance > FAR * radius => distance - radius,
+            (Some(facets), _) => facets.edge_distance(arch, x),
+            (None, Some(ellipsoid)) => focal_distance(ellipsoid, x),
+            (None, None) => distance,
         }
     }
 

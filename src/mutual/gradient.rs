@@ -15,6 +15,7 @@ use super::means::Place;
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::lanes::{Lanes, Total, total_vector};
+use crate::math::matrix::{cross_times, times_cross};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
@@ -45,7 +46,6 @@ pub(super) fn slopes<const D: usize, const M: usize>(
 ) -> Slopes {
     let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
     let sums = arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin: roles.origin, axes });
-    let cross = axes.map(|e| e.cross_matrix());
     let mut slopes = Slopes {
         balance: Balance { force: sums.force, torque: Vec3::zeros(), torque_field: sums.torque_field },
         force_by_place: sums.gradient[0],
@@ -58,12 +58,12 @@ pub(super) fn slopes<const D: usize, const M: usize>(
     for k in 0..D {
         let pull = &sums.moment[k];
         slopes.balance.torque += axes[k].cross(pull);
-        slopes.force_by_turn -= sums.gradient[1 + k] * cross[k];
-        slopes.field_by_turn -= sums.turning[1 + k] * cross[k];
+        slopes.force_by_turn -= times_cross(&sums.gradient[1 + k], &axes[k]);
+        slopes.field_by_turn -= times_cross(&sums.turning[1 + k], &axes[k]);
         // (alpha x e) x g.
         slopes.torque_by_turn += axes[k] * pull.transpose() - Mat3::from_diagonal_element(axes[k].dot(pull));
         for l in k..D {
-            let product = cross[k] * sums.gradient[second] * cross[l];
+            let product = times_cross(&cross_times(&axes[k], &sums.gradient[second]), &axes[l]);
             slopes.torque_by_turn -= if l == k { product } else { product + product.transpose() };
             second += 1;
         }
@@ -132,6 +132,7 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
                     gradients[m][i].add_product(share[m], gradient[i]);
                 }
             }
+            let turning = field.turning(x, (n, f), differences);
             for i in 0..3 {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let pull = x[i] * field.rd[i];
@@ -139,15 +140,10 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
                 for m in 0..D {
                     moments[m][i].add_product(share[1 + m], pull);
                 }
-                let turning = x[k] * field.rd_difference[i];
-                torque[i].add_product(weight * x[j], turning);
-                let common = fn_[j] * n[k] * field.rd[0].constant(differences[i]);
-                let mut row = [common * n[0], common * n[1], common * n[2]];
-                row[j] = row[j] + turning;
-                row[k] = row[k] + x[j] * field.rd_difference[i];
+                torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
                 for m in 0..=D {
                     for c in 0..3 {
-                        turnings[m][3 * i + c].add_product(share[m], row[c]);
+                        turnings[m][3 * i + c].add_product(share[m], turning[i][c]);
                     }
                 }
             }

@@ -1,16 +1,16 @@
 //! The derivatives of a pair's force and torques with respect to its pose.
 
+use super::choice::order_for;
 use super::gradient::{Slopes, slopes};
 use super::rule::{GradientNodes, Kernel, Rule};
 use super::store::Carrier;
-use super::{BodyGravity, Interaction, Method, Pair, Pose, Roles};
+use super::{Balance, BodyGravity, Interaction, Method, Pair, Pose, Roles};
 use crate::error::{Error, Result};
 use crate::gravity::FieldKernel;
 use crate::math::Mat3;
+use crate::math::matrix::{times, times_cross, times_transposed, transposed_times};
+use crate::math::rotation::{turned, turned_back};
 use crate::patience::Patience;
-
-/// A derivative errs by about its degree times what the quantity does: these degrees more make up for it.
-const MORE_DEGREES: usize = 2;
 
 /// Derivatives of force and torques of a pair, per unit G m_first m_second.
 ///
@@ -56,30 +56,28 @@ impl Jacobian {
     ) -> Self {
         let s = slopes;
         // From the bodies' frames into the field body's canonical one, and from there into the inertial one.
-        let (to_inertial, sign) = match integrated {
-            0 => (pose.rotation_second * field.canonical.transpose(), 1.0),
-            _ => (pose.rotation_first * field.canonical.transpose(), -1.0),
-        };
-        let (of_set, of_field) = (roles.turn * set.canonical, field.canonical);
-        let torque_set = of_set.tr_mul(&s.balance.torque);
-        let torque_field = of_field.tr_mul(&s.balance.torque_field);
-        let force = to_inertial * s.balance.force * sign;
+        let (rotation, sign) =
+            if integrated == 0 { (&pose.rotation_second, 1.0) } else { (&pose.rotation_first, -1.0) };
+        let of_field = &field.canonical;
+        let of_set = &times(&roles.turn, &set.canonical);
+        let to_inertial = &times_transposed(rotation, of_field);
+        let loads = in_bodies(&s.balance, integrated, pose, roles, [field, set]);
+        let torque_set = if integrated == 0 { loads.torque_first } else { loads.torque_second };
         // The place is the separation for the second body in the field of the first, minus the separation otherwise.
-        let by_separation = |slope: Mat3| slope * to_inertial.transpose() * -sign;
-        let set_by_separation = of_set.tr_mul(&by_separation(s.force_by_turn.transpose()));
-        let field_by_separation = of_field.tr_mul(&by_separation(s.field_by_place));
-        let field_by_set = of_field.tr_mul(&(s.field_by_turn * of_set));
+        let by_separation = |slope: &Mat3| times_transposed(slope, to_inertial) * -sign;
+        let set_by_separation = transposed_times(of_set, &by_separation(&s.force_by_turn.transpose()));
+        let field_by_separation = transposed_times(of_field, &by_separation(&s.field_by_place));
+        let field_by_set = transposed_times(of_field, &times(&s.field_by_turn, of_set));
         // The torque in a frame that turns with the body.
-        let set_by_set = of_set.tr_mul(&(s.torque_by_turn * of_set)) + torque_set.cross_matrix();
+        let set_by_set =
+            transposed_times(of_set, &times(&s.torque_by_turn, of_set)) + torque_set.cross_matrix();
         // A turn of the field body moves the other one back.
-        let back = s.field_by_place * roles.origin.cross_matrix() - s.field_by_turn;
-        let field_by_field = of_field.tr_mul(&(back * of_field));
-        let force_by_separation = -(to_inertial * s.force_by_place * to_inertial.transpose());
+        let back = times_cross(&s.field_by_place, &roles.origin) - s.field_by_turn;
+        let field_by_field = transposed_times(of_field, &times(&back, of_field));
+        let force_by_separation = -times_transposed(&times(to_inertial, &s.force_by_place), to_inertial);
         let in_order = |set, field| if integrated == 0 { [set, field] } else { [field, set] };
-        let [torque_first, torque_second] =
-            if integrated == 0 { [torque_set, torque_field] } else { [torque_field, torque_set] };
         Self {
-            loads: Interaction { force_on_first: force, torque_first, torque_second },
+            loads,
             force_by_separation,
             torque_by_separation: in_order(set_by_separation, field_by_separation),
             torque_by_rotation: in_order(set_by_set, field_by_field),
@@ -92,12 +90,13 @@ impl Jacobian {
         self.loads.force_on_first /= unit * unit;
         self.loads.torque_first /= unit;
         self.loads.torque_second /= unit;
-        self.force_by_separation /= unit * unit * unit;
+        let inverse = 1.0 / unit;
+        self.force_by_separation *= inverse * inverse * inverse;
         for body in 0..2 {
-            self.torque_by_separation[body] /= unit * unit;
-            self.torque_by_rotation[body] /= unit;
+            self.torque_by_separation[body] *= inverse * inverse;
+            self.torque_by_rotation[body] *= inverse;
         }
-        self.torque_first_by_second /= unit;
+        self.torque_first_by_second *= inverse;
         self
     }
 
@@ -111,6 +110,31 @@ impl Jacobian {
             [*second, self.torque_first_by_second.transpose(), self.torque_by_rotation[1]],
         ];
         std::array::from_fn(|i| std::array::from_fn(|j| blocks[i / 3][j / 3][(i % 3, j % 3)]))
+    }
+}
+
+/// Loads in the field body's canonical frame as those of the first and the second body.
+pub(super) fn in_bodies(
+    balance: &Balance,
+    integrated: usize,
+    pose: &Pose,
+    roles: &Roles,
+    [field, set]: [&BodyGravity; 2],
+) -> Interaction {
+    let force = turned_back(&field.canonical, &balance.force);
+    let torque_field = turned_back(&field.canonical, &balance.torque_field);
+    let torque_set = turned_back(&set.canonical, &turned_back(&roles.turn, &balance.torque));
+    match integrated {
+        0 => Interaction {
+            force_on_first: turned(&pose.rotation_second, &force),
+            torque_first: torque_set,
+            torque_second: torque_field,
+        },
+        _ => Interaction {
+            force_on_first: -turned(&pose.rotation_first, &force),
+            torque_first: torque_field,
+            torque_second: torque_set,
+        },
     }
 }
 
@@ -138,9 +162,13 @@ impl Pair {
             Carrier::Pressures => Carrier::Surface(set.semi_axes()),
             other => other,
         };
-        let order = self.order_for(carrier, [degree + MORE_DEGREES; 2]);
-        let nodes = self.nodes.get(order, carrier, set, self.arch, patience)?;
-        self.gradient_nodes = Some(GradientNodes { integrated, degree, carrier, nodes });
+        // Semi-axes act by the focal ellipse.
+        let flat = if set.focal_axes()[0] > 0.0 { Carrier::FocalEllipse } else { Carrier::Centre };
+        let mut nodes = |carrier| {
+            let nodes = self.nodes.get(order_for(carrier, [degree; 2]), carrier, set, self.arch, patience)?;
+            Ok(Some(GradientNodes { integrated, degree, carrier, nodes }))
+        };
+        (self.gradient_nodes, self.axis_nodes) = (nodes(carrier)?, nodes(flat)?);
         Ok(())
     }
 

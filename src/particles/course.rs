@@ -137,7 +137,7 @@ impl<'a> Course<'a> {
     /// were last in.
     #[inline(always)]
     pub fn places<S: Simd>(&self, simd: S, times: &Block, cursors: &mut [usize; BLOCK], out: &mut [Block]) {
-        let mut numbers = [[0.0; 8]; MOST_REGISTERS];
+        let mut numbers = [0.0; GROUP];
         for lane in 0..BLOCK {
             let time = times[lane];
             let mut at = cursors[lane].clamp(self.stretch.start, self.stretch.end - 1);
@@ -152,14 +152,9 @@ impl<'a> Course<'a> {
             let basis = segment.basis(segment.fraction(time));
             let step =
                 &self.packed[(at - self.stretch.start) * self.rows * self.width..][..self.rows * self.width];
-            for first in (0..self.width).step_by(8 * MOST_REGISTERS) {
-                let count = ((self.width - first) / 8).min(MOST_REGISTERS);
-                sum(simd, step, self.width, first, &basis, &mut numbers[..count]);
-                let columns = numbers.as_flattened();
-                let last = out.len().min(first + 8 * count);
-                for column in first..last {
-                    out[column][lane] = columns[column - first];
-                }
+            for (group, columns) in out.chunks_mut(GROUP).enumerate() {
+                sum(simd, step, self.width, GROUP * group, &basis, &mut numbers);
+                columns.iter_mut().zip(numbers).for_each(|(column, number)| column[lane] = number);
             }
             if self.frame.layout.chart == AttitudeChart::TaitBryan {
                 for body in 0..self.bodies() {
@@ -205,10 +200,10 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Registers of eight numbers that are summed at once.
-const MOST_REGISTERS: usize = 4;
+/// Columns that are summed at once: two of the widest registers.
+const GROUP: usize = 16;
 
-/// The columns from `first` on of a step's polynomial.
+/// A group of columns of a step's polynomial. Those beyond a row's end mean nothing.
 #[inline(always)]
 fn sum<S: Simd>(
     simd: S,
@@ -216,19 +211,27 @@ fn sum<S: Simd>(
     width: usize,
     first: usize,
     basis: &[f64; MAX_TERMS],
-    out: &mut [[f64; 8]],
+    out: &mut [f64; GROUP],
 ) {
-    for (register, out) in out.iter_mut().enumerate() {
-        let column = first + 8 * register;
-        let out = S::as_mut_simd_f64s(out).0;
-        let part = |row: usize| &S::as_simd_f64s(&step[row * width + column..][..8]).0[..];
-        let (high, low) = (part(0), part(1));
-        for piece in 0..out.len() {
-            let mut total = low[piece];
-            for row in (2..step.len() / width).rev() {
-                total = simd.mul_add_e_f64s(simd.splat_f64s(basis[row - 2]), part(row)[piece], total);
-            }
-            out[piece] = simd.add_f64s(high[piece], total);
-        }
+    let (registers, out) = (S::as_simd_f64s(step).0, S::as_mut_simd_f64s(out).0);
+    let mut rows = registers.chunks_exact(width / S::F64_LANES).map(
+        #[inline(always)]
+        |row| &row[first / S::F64_LANES..],
+    );
+    let (Some(high), Some(low)) = (rows.next(), rows.next()) else { return };
+    out.iter_mut().zip(low).for_each(
+        #[inline(always)]
+        |(sum, low)| *sum = *low,
+    );
+    for (value, row) in basis.iter().zip(rows) {
+        let value = simd.splat_f64s(*value);
+        out.iter_mut().zip(row).for_each(
+            #[inline(always)]
+            |(sum, c)| *sum = simd.mul_add_e_f64s(value, *c, *sum),
+        );
     }
+    out.iter_mut().zip(high).for_each(
+        #[inline(always)]
+        |(sum, high)| *sum = simd.add_f64s(*high, *sum),
+    );
 }

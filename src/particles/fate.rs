@@ -44,7 +44,7 @@ pub enum Contact {
         normal: f64,
         /// Across it, from 0 to 1.
         tangential: f64,
-        /// Below this speed it comes to rest.
+        /// Where it leaves the surface more slowly than this along the normal it comes to rest: sliding is not modelled.
         rest: f64,
     },
 }

@@ -17,5 +17,6 @@ mod watch;
 
 pub use fate::{Contact, End, Escape, Fate, Particle, Rules};
 pub use flight::{Flown, Plan};
-pub use outside::Radiation;
+pub use outside::{Radiation, visible_from};
+pub use surface::Surface;
 pub use watch::{Condition, Happened, ParticleFunction, Watch};

@@ -4,10 +4,12 @@
 
 use super::course::{Block, COLUMNS};
 use super::shadow::{Occulter, rule, visible};
+use crate::dynamics::{BarycentricFrame, State, System};
 use crate::environment::{Environment, PointPull};
 use crate::error::{Error, Result, require_finite};
 use crate::math::rotation::matrix;
 use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
 use crate::shape::Body;
 
 /// The radiation of a third body.
@@ -117,6 +119,28 @@ impl Outside {
         let towards = self.pulls[light.source].place(time)?.position - x;
         Ok(light.seen(&towards, place))
     }
+}
+
+/// The visible part of a third body's disc from places in a state, in the state's coordinates. The state's own barycentre is the
+/// nominal one.
+pub fn visible_from(
+    system: &System,
+    state: &State,
+    radiation: &Radiation,
+    points: &[Vec3],
+    patience: &mut Patience,
+) -> Result<Vec<f64>> {
+    system.check(state, patience)?;
+    let mut outside = Outside::new(&system.environment()?, Some(radiation), system.bodies())?;
+    outside.covers(state.time, state.time)?;
+    let (frame, ..) = BarycentricFrame::new(system.layout(), &system.masses(), state);
+    let origin = frame.nominal_at(state.time);
+    let turns: Vec<Mat3> = state.attitude.iter().map(|&q| matrix(q)).collect();
+    let part = |point: &Vec3| {
+        patience.spend(100, state.time)?;
+        outside.seen(state.time, &(point - origin), |body| (turns[body], point - state.position[body]))
+    };
+    points.iter().map(part).collect()
 }
 
 impl Light {

@@ -4,8 +4,7 @@
 
 use super::course::{Block, COLUMNS};
 use crate::error::Result;
-use crate::gravity::Anywhere;
-use crate::math::carlson::{duplications_needed, rd_triple};
+use crate::gravity::{Anywhere, Ellipsoidal};
 use crate::math::lanes::{BLOCK, Lanes, dot};
 use crate::math::rotation::{matrix, turned, turned_back};
 use crate::math::{Mat3, Vec3};
@@ -35,7 +34,7 @@ struct PartPuller {
 #[derive(Debug, Clone)]
 enum Law {
     Point,
-    Ellipsoid { squares: [f64; 3], duplications: u32, canonical: Mat3 },
+    Ellipsoid { field: Box<Ellipsoidal>, canonical: Mat3 },
     Polyhedron(Box<Anywhere>),
 }
 
@@ -51,12 +50,12 @@ impl Puller {
             let law = match &part.shape {
                 Shape::Point => Law::Point,
                 Shape::Ellipsoid(ellipsoid) => {
-                    let squares = ellipsoid.sorted().map(|a| a * a);
-                    if squares[0] == squares[2] {
+                    let [a, _, c] = ellipsoid.sorted();
+                    if a == c {
                         Law::Point
                     } else {
-                        let duplications = duplications_needed(squares);
-                        Law::Ellipsoid { squares, duplications, canonical: ellipsoid.canonical() }
+                        let field = Ellipsoidal::new(&part.shape, gravitational_constant * part.mass);
+                        Law::Ellipsoid { field: Box::new(field), canonical: ellipsoid.canonical() }
                     }
                 }
                 Shape::Polyhedron(p) => Law::Polyhedron(Box::new(Anywhere::new(p, arch, patience)?)),
@@ -168,12 +167,7 @@ impl PartPuller {
         }
         let g = match &self.law {
             Law::Point => point(y, self.gm),
-            Law::Ellipsoid { squares, duplications, canonical } => {
-                let z = forth(canonical, y);
-                let rd = ellipsoid(z, *squares, *duplications);
-                let gm = z[0].constant(-self.gm);
-                back(canonical, [gm * rd[0] * z[0], gm * rd[1] * z[1], gm * rd[2] * z[2]])
-            }
+            Law::Ellipsoid { field, canonical } => back(canonical, field.field_apart(forth(canonical, y))),
             Law::Polyhedron(_) => [y[0].constant(0.0); 3],
         };
         match &self.place {
@@ -189,35 +183,6 @@ fn point<S: Simd>(r: [Lanes<S>; 3], gm: f64) -> [Lanes<S>; 3] {
     let square = dot(r, r);
     let strength = r[0].constant(-gm) / (square * square.sqrt());
     [strength * r[0], strength * r[1], strength * r[2]]
-}
-
-/// R_i anywhere, from the canonical frame; inside kappa is zero.
-#[inline(always)]
-fn ellipsoid<S: Simd>(x: [Lanes<S>; 3], a2: [f64; 3], duplications: u32) -> [Lanes<S>; 3] {
-    let c = |value| x[0].constant(value);
-    let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
-    let squares = [c(a2[0]), c(a2[1]), c(a2[2])];
-    let r2 = x2[0] + x2[1] + x2[2];
-    let mut kappa = (r2 - dot(x2, squares) / r2).max(c(0.0));
-    let mut left = c(1.0);
-    for _ in 0..40 {
-        let s = [kappa + squares[0], kappa + squares[1], kappa + squares[2]];
-        let product = s[0] * s[1];
-        let shared = c(1.0) / (product * s[2]);
-        let last = shared * s[2];
-        let inverse = [last * s[1], last * s[0], shared * product];
-        let term = [x2[0] * inverse[0], x2[1] * inverse[1], x2[2] * inverse[2]];
-        let s = term[0] + term[1] + term[2];
-        let next = (kappa + s * (s - c(1.0)) / dot(term, inverse)).max(c(0.0));
-        // A lane that has come to its end waits there for the others.
-        let change = (next - kappa).abs() - c(1e-9) * (next + squares[2]);
-        kappa = c(0.0).if_less(left, next, kappa);
-        left = c(0.0).if_less(left, change, left);
-        if left.reduce_max() <= 0.0 {
-            break;
-        }
-    }
-    rd_triple([kappa + squares[0], kappa + squares[1], kappa + squares[2]], duplications)
 }
 
 /// The rows of the rotation matrix of a quaternion of any length.

@@ -3,7 +3,7 @@
 //! Each lane of a block has a particle until that has come to the end of the stretch or of its flight; then it takes the next
 //! one of the batch. Since lanes do not depend on each other, neither do results on how particles are batched.
 
-use super::course::COLUMNS;
+use super::course::{Block, COLUMNS};
 use super::fate::{Contact, End, Fate, Particle, Place, Rules};
 use super::outside::Outside;
 use super::stage::{Stages, World};
@@ -374,17 +374,14 @@ impl<'a, 'b> Batch<'a, 'b> {
             Contact::Stop => (pose.without(&place, &Vec3::zeros()), end, held),
             Contact::Remove => ((*x, *v), end, Place::Gone),
             Contact::Bounce { normal: along, tangential, rest } => {
-                let mut out = across * tangential - normal * (along * inwards);
-                let slow = out.norm() < rest;
-                if slow && self.push(index, body, &place, &normal, time)? < 0.0 {
+                let out = across * tangential - normal * (along * inwards);
+                if -along * inwards < rest
+                    && self.pushes(index, body, (&place, &normal), [time; BLOCK])?[0] < 0.0
+                {
                     let lying = Place::On { body, place, normal, held: false };
                     let end = End { fate: Fate::Rest, ..end };
                     (pose.without(&place, &Vec3::zeros()), end, lying)
                 } else {
-                    // One that would slide hops.
-                    if !slow && -along * inwards < rest {
-                        out += normal * (rest + along * inwards);
-                    }
                     let particle = &mut self.particles[index];
                     (particle.next, particle.controller) = (0.0, Controller::new());
                     (pose.without(&place, &out), End::default(), Place::Flying { departing: true })
@@ -397,19 +394,33 @@ impl<'a, 'b> Batch<'a, 'b> {
         Ok(())
     }
 
-    /// How strongly a particle at rest on a body is pushed outwards along the normal, relative to the surface.
-    fn push(&mut self, index: usize, body: usize, place: &Vec3, normal: &Vec3, time: f64) -> Result<f64> {
+    /// How strongly a particle at rest on a body is pushed outwards along the normal, relative to the surface, at the times of a
+    /// block.
+    fn pushes(
+        &mut self,
+        index: usize,
+        body: usize,
+        (place, normal): (&Vec3, &Vec3),
+        times: Block,
+    ) -> Result<Block> {
         let course = self.flying.world.course;
-        let pose = course.pose(body, time);
-        let (acceleration, turning) = course.rates(body, time);
-        let (x, v) = pose.without(place, &Vec3::zeros());
         let probe = &mut self.probe;
-        probe.time = [time; BLOCK];
+        probe.time = times;
         probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
-        probe.motion = [x.x, x.y, x.z, v.x, v.y, v.z].map(|number| [number; BLOCK]);
+        let poses = times.map(|time| course.pose(body, time));
+        for (lane, pose) in poses.iter().enumerate() {
+            let (x, v) = pose.without(place, &Vec3::zeros());
+            for c in 0..3 {
+                (probe.motion[c][lane], probe.motion[3 + c][lane]) = (x[c], v[c]);
+            }
+        }
         probe.begin()?;
-        let pull = turned_back(&pose.rotation, &(probe.first(0) - acceleration));
-        Ok(normal.dot(&(pull - turning.cross(place) - pose.spin.cross(&pose.spin.cross(place)))))
+        Ok(std::array::from_fn(|lane| {
+            let (acceleration, turning) = course.rates(body, times[lane]);
+            let spin = poses[lane].spin;
+            let pull = turned_back(&poses[lane].rotation, &(probe.first(lane) - acceleration));
+            normal.dot(&(pull - turning.cross(place) - spin.cross(&spin.cross(place))))
+        }))
     }
 
     /// When a particle at rest lifts off.
@@ -417,24 +428,32 @@ impl<'a, 'b> Batch<'a, 'b> {
         &mut self,
         index: usize,
         body: usize,
-        (place, normal): (&Vec3, &Vec3),
+        at: (&Vec3, &Vec3),
         start: f64,
         end: f64,
     ) -> Result<Option<f64>> {
-        let mut last = (start, self.push(index, body, place, normal, start)?);
-        let mut time = start;
-        while time != end {
-            let [from, to] = self.flying.world.course.ends(self.flying.world.course.index(time));
-            let stride = (to - from) / LOOKS as f64;
-            time = if (end - time) > stride { time + stride } else { end };
-            let next = (time, self.push(index, body, place, normal, time)?);
-            if last.1 > 0.0 {
-                return Ok(Some(last.0));
+        let course = self.flying.world.course;
+        let mut last = (start, self.pushes(index, body, at, [start; BLOCK])?[0]);
+        if last.1 > 0.0 {
+            return Ok(Some(start));
+        }
+        while last.0 != end {
+            // A few places of each step of the bodies, one after the other.
+            let mut time = last.0;
+            let times: Block = std::array::from_fn(|_| {
+                let [from, to] = course.ends(course.index(time));
+                let stride = (to - from) / LOOKS as f64;
+                time = if end - time > stride { time + stride } else { end };
+                time
+            });
+            let pushes = self.pushes(index, body, at, times)?;
+            for next in times.into_iter().zip(pushes) {
+                if next.1 > 0.0 {
+                    let push = |time: f64| Ok(self.pushes(index, body, at, [time; BLOCK])?[0]);
+                    return root(push, last, next).map(Some);
+                }
+                last = next;
             }
-            if next.1 > 0.0 {
-                return root(|time| self.push(index, body, place, normal, time), last, next).map(Some);
-            }
-            last = next;
         }
         Ok(None)
     }

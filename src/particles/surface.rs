@@ -11,8 +11,8 @@ use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Part, Polyhedron, Shape};
 
-/// Shortest stretch of a step by which the search goes on, relative to the step. What digs less deep than the square of it times
-/// the size of the body may be passed.
+/// Shortest stretch by which the search goes on, relative to the step and to the time in which the particle would pass the body.
+/// What digs less deep than the square of it times the size of the body may be passed.
 const FLOOR: f64 = 1e-5;
 
 /// Rounding of places, relative to them.
@@ -106,6 +106,20 @@ impl Surface {
         }
     }
 
+    /// The outermost place of the surface in a direction from the body's centre, and the outward normal there, in the body frame.
+    pub fn outermost(&self, direction: &Vec3) -> Option<(Vec3, Vec3)> {
+        let d = direction.normalize();
+        let far = |index: usize| {
+            let part = &self.parts[index];
+            let (from, along) = (part.own(&Vec3::zeros()), turned_back(&part.rotation, &d));
+            Some((part.exit(&from, &along)?, index))
+        };
+        let (distance, index) = (0..self.parts.len()).filter_map(far).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let part = &self.parts[index];
+        let place = d * distance;
+        Some((place, turned(&part.rotation, &part.normal(&part.own(&place)))))
+    }
+
     /// Whether a place in the body frame is inside by more than rounding.
     pub fn contains(&self, place: &Vec3) -> bool {
         self.parts.iter().any(|part| {
@@ -146,6 +160,24 @@ impl Surface {
     }
 }
 
+/// How far a particle is outside a part: q of an ellipsoid, the distance from a polyhedron.
+struct Level {
+    value: f64,
+    /// Its rate of change, wherever it matters.
+    rate: f64,
+    /// What rounding may make of zero.
+    rounding: f64,
+}
+
+impl Form {
+    fn size(&self) -> f64 {
+        match self {
+            Self::Ellipsoid { shortest, .. } => *shortest,
+            Self::Polyhedron(polyhedron) => polyhedron.circumradius(),
+        }
+    }
+}
+
 /// How a particle moves near a part in a step, at worst.
 struct Worst {
     /// Bound of |w|.
@@ -157,6 +189,32 @@ struct Worst {
 impl PartSurface {
     fn own(&self, place: &Vec3) -> Vec3 {
         turned_back(&self.rotation, &(place - self.position))
+    }
+
+    /// The distance at which a ray leaves the part for good.
+    fn exit(&self, from: &Vec3, along: &Vec3) -> Option<f64> {
+        match &self.form {
+            Form::Ellipsoid { inverse, .. } => {
+                let (p, d) = (from.component_mul(inverse), along.component_mul(inverse));
+                let (a, b, c) = (d.norm_squared(), p.dot(&d), p.norm_squared() - 1.0);
+                let square = b * b - a * c;
+                (square >= 0.0).then(|| (square.sqrt() - b) / a).filter(|distance| *distance > 0.0)
+            }
+            Form::Polyhedron(polyhedron) => {
+                let crossing = |face: usize| {
+                    let [a, b, c] = polyhedron.corners(face);
+                    let normal = (b - a).cross(&(c - a));
+                    let distance = normal.dot(&(a - from)) / normal.dot(along);
+                    let x = from + along * distance;
+                    let sides = [(a, b), (b, c), (c, a)];
+                    let within = sides
+                        .iter()
+                        .all(|(u, v)| (v - u).cross(&(x - u)).dot(&normal) >= -1e-14 * normal.norm_squared());
+                    (within && distance > 0.0 && distance.is_finite()).then_some(distance)
+                };
+                (0..polyhedron.faces().len()).filter_map(crossing).max_by(f64::total_cmp)
+            }
+        }
     }
 
     fn normal(&self, y: &Vec3) -> Vec3 {
@@ -177,44 +235,56 @@ impl PartSurface {
         let (start, direction) = (step.start(), step.size().signum());
         let length = (until - start).abs();
         let worst = self.worst(course, body, step, length);
-        let mut passed = if departing { FLOOR * length } else { 0.0 };
+        let floor = FLOOR * length.min(self.form.size() / worst.speed);
+        let level = |passed: f64| self.level(course, body, step, start + direction * passed);
+        let mut passed = if departing { floor } else { 0.0 };
         while passed <= length {
-            let time = start + direction * passed;
-            let (position, velocity) = motion_at(step, time);
-            let (place, w) = course.pose(body, time).within(&position, &velocity);
-            let (y, w) = (self.own(&place), turned_back(&self.rotation, &w) * direction);
-            let (ahead, met) = match &self.form {
-                Form::Ellipsoid { inverse, shortest } => {
-                    let (y, w) = (y.component_mul(inverse), w.component_mul(inverse));
-                    let (level, rate) = (y.norm_squared() - 1.0, 2.0 * y.dot(&w));
-                    let bend = 2.0 * worst.bend / (shortest * shortest);
-                    let rounding = ROUNDING * (1.0 + position.norm() / shortest);
-                    let met = (level <= rounding && rate < 0.0).then(|| -level / rate);
-                    ((rate + (rate * rate + 2.0 * bend * level.max(0.0)).sqrt()) / bend, met)
+            let Level { value, rate, rounding } = level(passed);
+            if value <= rounding && rate * direction < 0.0 {
+                // Newton's steps from there.
+                let mut met = passed - value / (rate * direction);
+                for _ in 0..2 {
+                    let Level { value, rate, .. } = level(met.clamp(0.0, length));
+                    met -= value / (rate * direction);
                 }
-                Form::Polyhedron(polyhedron) => {
-                    let distance = polyhedron.distance(&y);
-                    let size = polyhedron.circumradius();
-                    // A little above the surface the nearest face tells whether the place is in or out.
-                    let met = if distance < 1e-3 * size {
-                        let (normal, height) = polyhedron.outward(&y);
-                        let rate = normal.dot(&w);
-                        let rounding = ROUNDING * (size + position.norm());
-                        (height <= rounding && rate < 0.0).then(|| -height / rate)
-                    } else {
-                        None
-                    };
-                    (distance / worst.speed, met)
-                }
-            };
-            if let Some(correction) = met {
-                // A step of Newton's from there.
-                let corrected = passed + correction.clamp(-2.0 * FLOOR * length, FLOOR * length);
-                return Some(start + direction * corrected.clamp(0.0, length));
+                let near = met.clamp(passed - 2.0 * floor, passed + floor);
+                return Some(start + direction * near.clamp(0.0, length));
             }
-            passed += if ahead > FLOOR * length { ahead } else { FLOOR * length };
+            let ahead = match &self.form {
+                Form::Ellipsoid { shortest, .. } => {
+                    let (rate, bend) = (rate * direction, 2.0 * worst.bend / (shortest * shortest));
+                    (rate + (rate * rate + 2.0 * bend * value.max(0.0)).sqrt()) / bend
+                }
+                Form::Polyhedron(_) => value / worst.speed,
+            };
+            passed += if ahead > floor { ahead } else { floor };
         }
         None
+    }
+
+    /// How far a particle is outside at a time.
+    fn level(&self, course: &Course, body: usize, step: &Segment, time: f64) -> Level {
+        let (position, velocity) = motion_at(step, time);
+        let (place, w) = course.pose(body, time).within(&position, &velocity);
+        let (y, w) = (self.own(&place), turned_back(&self.rotation, &w));
+        let away = position.norm();
+        match &self.form {
+            Form::Ellipsoid { inverse, shortest } => {
+                let (y, w) = (y.component_mul(inverse), w.component_mul(inverse));
+                let rounding = ROUNDING * (1.0 + away / shortest);
+                Level { value: y.norm_squared() - 1.0, rate: 2.0 * y.dot(&w), rounding }
+            }
+            Form::Polyhedron(polyhedron) => {
+                let (distance, size) = (polyhedron.distance(&y), polyhedron.circumradius());
+                if distance > 1e-3 * size {
+                    return Level { value: distance, rate: 0.0, rounding: 0.0 };
+                }
+                // A little above the surface the nearest face tells whether the place is in or out.
+                let (normal, height) = polyhedron.outward(&y);
+                let value = distance.copysign(height);
+                Level { value, rate: normal.dot(&w), rounding: ROUNDING * (size + away) }
+            }
+        }
     }
 
     fn worst(&self, course: &Course, body: usize, step: &Segment, length: f64) -> Worst {

@@ -1,21 +1,24 @@
 //! Particles.
 
-use super::arrays::{array, vectors};
+use super::arrays::{array, from_vectors, vectors};
 use super::descriptions::from_python;
-use super::listening::Listener;
+use super::listening::{Listener, listening};
 use super::runs::{PyDense, Sampling};
-use super::systems::PySystem;
+use super::systems::{PyState, PySystem};
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::particles::{
-    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Watch,
+    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface,
+    Watch, visible_from,
 };
 use crate::trajectory::{Integrator, Output, Progress};
-use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
+use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// Time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
 type Given<'py> =
@@ -28,14 +31,8 @@ pub enum Met {
     Named(String),
 }
 
-/// What is watched for, with the direction: the visible part of the source's disc (and `True`, which tells it from the others), the
-/// place of a body of which periapses are wanted, or a function.
-#[derive(FromPyObject)]
-pub enum Watched {
-    Shadow(f64, i8, bool),
-    Periapsis(usize, i8),
-    Function(Py<PyAny>, i8),
-}
+/// What is watched for: `"shadow"` and the visible part, `"periapsis"` and the body's place, or `"function"` and that; the direction.
+type Watched<'py> = (String, Bound<'py, PyAny>, i8);
 
 /// Flies particles along a run; gives what was recorded, and the error that cut the flight short, if any.
 ///
@@ -53,7 +50,7 @@ pub fn fly<'py>(
     contact: Met,
     escape: Option<(f64, bool)>,
     radiation: Option<(String, f64, f64)>,
-    watched: Vec<Watched>,
+    watched: Vec<Watched<'py>>,
     threads: Option<NonZeroUsize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
@@ -81,7 +78,8 @@ pub fn fly<'py>(
     };
     let radiation = radiation.map(|(by, strength, radius)| Radiation { by, strength, radius });
     let listener = Arc::new(Listener::default());
-    let watches: Vec<Watch> = watched.into_iter().map(|watched| watched.watch(&listener)).collect();
+    let watches =
+        watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
     let mut flying: Vec<Particle> = positions
         .iter()
         .zip(&velocities)
@@ -111,6 +109,45 @@ pub fn fly<'py>(
     });
     let error = outcome.err().map(|error| listener.explain(error));
     Ok((arrays(py, &flying, flown, &output)?, error))
+}
+
+/// The outermost places (P, 3) of a body's surface in directions (P, 3) from its centre, and the outward normals, body frame.
+#[pyfunction]
+pub fn surface<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    body: usize,
+    directions: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<(Array<'py>, Array<'py>)> {
+    let body = &system.inner.bodies()[body];
+    let surface = Surface::new(body);
+    let place = |direction: &Vec3| {
+        surface.outermost(direction).ok_or_else(|| {
+            let expected = "a body with a surface in all directions from its centre";
+            Error::invalid("body", format!("{:?}", body.name), expected)
+        })
+    };
+    let directions = vectors("directions", &directions)?;
+    let (places, normals): (Vec<_>, Vec<_>) =
+        directions.iter().map(place).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    Ok((from_vectors(py, &places)?, from_vectors(py, &normals)?))
+}
+
+/// The visible part (P,) of a third body's disc from places (P, 3) in a state.
+#[pyfunction]
+pub fn visible<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    state: &PyState,
+    radiation: (String, f64, f64),
+    points: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Array<'py>> {
+    let (by, strength, radius) = radiation;
+    let (radiation, points) = (Radiation { by, strength, radius }, vectors("points", &points)?);
+    let parts =
+        listening(py, |patience| visible_from(&system.inner, &state.inner, &radiation, &points, patience))?;
+    let count = parts.len();
+    array(py, parts, &[count])
 }
 
 /// What was recorded, as arrays by their names.
@@ -160,27 +197,25 @@ fn arrays<'py>(
     Ok(dict)
 }
 
-impl Watched {
-    fn watch(self, listener: &Arc<Listener>) -> Watch {
-        match self {
-            Self::Shadow(visible, direction, _) => {
-                Watch { condition: Condition::Shadow { visible }, direction }
-            }
-            Self::Periapsis(body, direction) => Watch { condition: Condition::Periapsis { body }, direction },
-            Self::Function(f, direction) => {
-                let listener = listener.clone();
-                let function: Box<ParticleFunction> = Box::new(move |time, position, velocity| {
-                    let arguments = |v: &Vec3| [v.x, v.y, v.z];
-                    let value = Python::attach(|py| {
-                        f.call1(py, (time, arguments(position), arguments(velocity)))?.extract::<f64>(py)
-                    });
-                    value.map_err(|error| {
-                        listener.keep(error);
-                        Error::invalid("value of an event's function", "an exception", "a number")
-                    })
+/// The core's condition. The first exception of a function goes to `listener`.
+fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> PyResult<Watch> {
+    let condition = match kind.as_str() {
+        "shadow" => Condition::Shadow { visible: what.extract()? },
+        "periapsis" => Condition::Periapsis { body: what.extract()? },
+        _ => {
+            let (listener, f) = (listener.clone(), what.unbind());
+            let function: Box<ParticleFunction> = Box::new(move |time, position, velocity| {
+                let arguments = |v: &Vec3| [v.x, v.y, v.z];
+                let value = Python::attach(|py| {
+                    f.call1(py, (time, arguments(position), arguments(velocity)))?.extract::<f64>(py)
                 });
-                Watch { condition: Condition::Function(function), direction }
-            }
+                value.map_err(|error| {
+                    listener.keep(error);
+                    Error::invalid("value of an event's function", "an exception", "a number")
+                })
+            });
+            Condition::Function(function)
         }
-    }
+    };
+    Ok(Watch { condition, direction })
 }

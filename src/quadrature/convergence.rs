@@ -165,6 +165,24 @@ fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
     crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
 }
 
+/// A bound from below of the distance of a point from an ellipsoid's focal ellipse, where its exterior potential is singular; all
+/// in the canonical frame.
+///
+/// It is the distance of two parallel planes, of which one holds the point and the other one touches the ellipse: nearly across the
+/// normal of the confocal ellipsoid through the point. A point within the ellipsoid, where its potential is another one, counts as
+/// on the surface.
+pub fn focal_distance(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
+    let [p, q] = ellipsoid.focal_axes();
+    let squares = Vec3::from(ellipsoid.sorted().map(|a| a * a));
+    let x2 = x.component_mul(x);
+    // Where Newton's iteration for the confocal coordinate begins.
+    let kappa = (x2.sum() - x2.dot(&squares) / x2.sum()).max(0.0);
+    let normal = x.component_div(&squares.add_scalar(kappa));
+    let reach = (p * normal.x).hypot(q * normal.y);
+    let surface = normal.component_mul(&normal).dot(&squares).sqrt();
+    (x.dot(&normal).max(surface) - reach) / normal.norm()
+}
+
 /// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.
 pub fn focal_vectors(ellipsoid: &Ellipsoid, from_canonical: &Mat3) -> [Vec3; 2] {
     let [p, q] = ellipsoid.focal_axes();

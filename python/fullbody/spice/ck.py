@@ -23,8 +23,8 @@ from .place import Place, body_numbers, spiceypy
 
 __all__ = ["write"]
 
-#: rad between the nodes; a tenth of what is promised.
-_TOLERANCE = 1e-13
+#: rad between the nodes.
+_TOLERANCE = 1e-12
 #: A power of two, so that seconds past J2000 become ticks without rounding.
 _TICKS = 1024
 _SECONDS = 2**32
@@ -74,7 +74,7 @@ def write(run: BaseRun, path: Any, ids: Any) -> tuple[Path, Path, Path]:
 
 
 def _frame(body: int) -> int:
-    """The number of the frame that is fixed to a body; one below zero is a spacecraft's, and has a thousand of its own."""
+    """The number of the frame that is fixed to a body; a number below zero, a spacecraft's, has a thousand."""
     return -body if body > 0 else 1000 * body
 
 

@@ -16,8 +16,8 @@ from .place import Place, body_numbers, number, spiceypy
 
 __all__ = ["write"]
 
-#: km between the nodes; a tenth of what is promised.
-_TOLERANCE = 1e-10
+#: km between the nodes.
+_TOLERANCE = 1e-9
 
 
 def write(run: BaseRun, path: Any, ids: Any, barycentre: Any) -> Path:
