@@ -10,7 +10,7 @@ AXES = (1.0, 0.8, 0.45)
 
 
 def free_top(moments, spin, time):
-    """Spin and attitude of a top that starts with the frame of space: Euler's equations in Taylor series of 25 digits."""
+    """Spin and attitude of a top that starts with the frame of space: Euler's equations by Taylor series, 25 digits."""
     way = 1 if time > 0 else -1
     with mpmath.workdps(25):
         i1, i2, i3 = (mpmath.mpf(float(moment)) for moment in moments)
