@@ -2,8 +2,8 @@
 
     python benches/splitting.py
 
-Ratios are what counts: machines differ and are shared. Of version 0.2.0 they were 0.62 (ellipsoids) and 0.34 (spheroids) of a year by
-the Verner98 of that version.
+Ratios are what counts: machines differ and are shared. In version 0.2.0 the splitting took 0.62 (ellipsoids) and 0.34
+(spheroids) of a year by the Verner98 of that version.
 """
 
 from __future__ import annotations
