@@ -150,17 +150,6 @@ struct Triaxial {
 /// Ratio of the longest series.
 const LONGEST: f64 = 0.125;
 
-/// 1/(n + 1).
-const SHARES: [f64; 20] = {
-    let mut shares = [1.0; 20];
-    let mut n = 1;
-    while n < shares.len() {
-        shares[n] = 1.0 / (n + 1) as f64;
-        n += 1;
-    }
-    shares
-};
-
 /// Gauss's points and weights on [0, 1], and the end, which has none.
 type Rule<const N: usize> = [[f64; N]; 2];
 const THREE: Rule<4> = [
@@ -185,6 +174,11 @@ const FIVE: Rule<6> = [
         0.0,
     ],
 ];
+
+/// Coefficients of the series by the power before each.
+macro_rules! terms {
+    ($top:expr, $series:expr, $($before:literal)*) => { $( $top.term::<$before>(&mut $series); )* };
+}
 
 impl Triaxial {
     fn new(inertia: Vec3) -> Self {
@@ -231,14 +225,14 @@ impl Triaxial {
             let last = |n: usize| w[0][n].abs().max(w[1][n].abs()).max(w[2][n].abs());
             (last(terms - 1) + last(terms - 2)) * ratio <= 1e-18 * size
         };
-        self.extend::<1, 8>(&mut w);
+        terms!(self, w, 0 1 2 3 4 5 6);
         // The rule of n points errs by (ratio / 4)^(2 n) of an integrand that is of the size of the square of m's way.
         let way = w[0][1].abs().max(w[1][1].abs()).max(w[2][1].abs());
         let few = way * way * (0.25 * ratio).powi(6) <= 1e-19 * size * size;
         if short(&w, 8) && few {
             return self.turned::<8, 4>(&w, &THREE, spin);
         }
-        self.extend::<8, 11>(&mut w);
+        terms!(self, w, 7 8 9);
         if short(&w, 11) {
             return if few {
                 self.turned::<11, 4>(&w, &THREE, spin)
@@ -246,7 +240,7 @@ impl Triaxial {
                 self.turned::<11, 6>(&w, &FIVE, spin)
             };
         }
-        self.extend::<11, 20>(&mut w);
+        terms!(self, w, 10 11 12 13 14 15 16 17 18);
         self.turned::<20, 6>(&w, &FIVE, spin)
     }
 
@@ -286,28 +280,28 @@ impl Triaxial {
         (product_less_one(turn_less_one(along * angle), shortest), changed)
     }
 
-    /// The spin's coefficients in time by Euler's equations, from one on to before another.
+    /// The coefficient of the power N + 1 of the spin in time, by Euler's equations from those before it. Of constant length, so that
+    /// no loop is left.
     #[inline(always)]
-    fn extend<const FROM: usize, const TO: usize>(&self, w: &mut Series) {
-        for n in FROM - 1..TO - 1 {
-            let mut sum = [0.0; 3];
-            for m in 1..n {
-                sum[0] += w[1][m] * w[2][n - m];
-                sum[1] += w[2][m] * w[0][n - m];
-                sum[2] += w[0][m] * w[1][n - m];
-            }
-            // What is newest comes last.
-            sum[0] += w[1][0] * w[2][n];
-            sum[1] += w[2][0] * w[0][n];
-            sum[2] += w[0][0] * w[1][n];
-            if n > 0 {
-                sum[0] += w[1][n] * w[2][0];
-                sum[1] += w[2][n] * w[0][0];
-                sum[2] += w[0][n] * w[1][0];
-            }
-            for i in 0..3 {
-                w[i][n + 1] = SHARES[n] * self.rate[i] * sum[i];
-            }
+    fn term<const N: usize>(&self, w: &mut Series) {
+        let mut sum = [0.0; 3];
+        for m in 1..N {
+            sum[0] += w[1][m] * w[2][N - m];
+            sum[1] += w[2][m] * w[0][N - m];
+            sum[2] += w[0][m] * w[1][N - m];
+        }
+        // What is newest comes last.
+        sum[0] += w[1][0] * w[2][N];
+        sum[1] += w[2][0] * w[0][N];
+        sum[2] += w[0][0] * w[1][N];
+        if N > 0 {
+            sum[0] += w[1][N] * w[2][0];
+            sum[1] += w[2][N] * w[0][0];
+            sum[2] += w[0][N] * w[1][0];
+        }
+        let share = const { 1.0 / (N + 1) as f64 };
+        for i in 0..3 {
+            w[i][N + 1] = share * self.rate[i] * sum[i];
         }
     }
 }

@@ -35,8 +35,9 @@ pub enum Parts {
 pub struct Splitting {
     parts: Parts,
     masses: Vec<f64>,
-    /// Mass of body i and all before it.
+    /// Mass of body i and all before it, and the share of body i in it.
     within: Vec<f64>,
+    shares: Vec<f64>,
     gravitational_constant: f64,
     inertia: Vec<Vec3>,
     tops: Vec<Top>,
@@ -76,13 +77,14 @@ impl Splitting {
         }
         let masses = dynamics.system().masses();
         let mut total = 0.0;
-        let within = masses
+        let within: Vec<f64> = masses
             .iter()
             .map(|m| {
                 total += m;
                 total
             })
             .collect();
+        let shares = masses.iter().zip(&within).map(|(mass, within)| mass / within).collect();
         let n = masses.len();
         let inertia: Vec<Vec3> = dynamics.system().bodies().iter().map(|body| body.inertia()).collect();
         let zeros = vec![Vec3::zeros(); n];
@@ -90,6 +92,7 @@ impl Splitting {
             parts,
             masses,
             within,
+            shares,
             gravitational_constant: dynamics.system().gravitational_constant(),
             tops: inertia.iter().map(|moments| Top::new(*moments)).collect(),
             inertia,
@@ -182,8 +185,8 @@ impl Splitting {
             self.position[body] = moved;
             self.velocity[body] = turned;
         }
-        leave_jacobi(&self.masses, &self.within, &mut self.position);
-        leave_jacobi(&self.masses, &self.within, &mut self.velocity);
+        leave_jacobi(&self.shares, &mut self.position);
+        leave_jacobi(&self.shares, &mut self.velocity);
         for body in 0..layout.bodies {
             let (p, v) = (layout.position(body), layout.velocity(body));
             self.change[p..p + 3].copy_from_slice(self.position[body].as_slice());
@@ -207,8 +210,10 @@ impl Splitting {
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
             // Too large a number counts as the limit, and so does NaN.
-            patience
-                .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
+            patience.spend(
+                (ROTATION * (1.0 + (2.0 * spin.amax() * size).abs().min(FARTHEST))) as u64,
+                self.time,
+            )?;
             let turn = match self.parts {
                 Parts::Kepler => self.tops[body].turn(q, spin, size),
                 Parts::Free => variational_rotation(inertia, q, spin, size),
@@ -299,7 +304,7 @@ impl Splitting {
                 let distance = r.norm();
                 self.position[body] = r * (-mu / (distance * distance * distance));
             }
-            leave_jacobi(&self.masses, &self.within, &mut self.position);
+            leave_jacobi(&self.shares, &mut self.position);
             self.acceleration.iter_mut().zip(&self.position).for_each(|(a, k)| *a -= k);
         }
         if self.acceleration.iter().chain(&self.spin_rate).all(|v| v.iter().all(|x| x.is_finite())) {
@@ -368,7 +373,7 @@ impl Splitting {
                 let (difference, error) = two_sum(high, -centre);
                 let vector = difference + (error + (low - tail));
                 self.position[body][c] = vector;
-                let (sum, error) = two_sum(centre, self.masses[body] / self.within[body] * vector);
+                let (sum, error) = two_sum(centre, self.shares[body] * vector);
                 (centre, tail) = (sum, tail + error);
             }
         }
@@ -376,11 +381,12 @@ impl Splitting {
 }
 
 /// Turns Jacobi's vectors into those from the barycentre of all.
-fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
+#[inline]
+fn leave_jacobi(shares: &[f64], vectors: &mut [Vec3]) {
     let mut centre = Vec3::zeros();
-    for body in (1..masses.len()).rev() {
+    for body in (1..shares.len()).rev() {
         let jacobi = vectors[body];
-        centre -= masses[body] / within[body] * jacobi;
+        centre -= shares[body] * jacobi;
         vectors[body] = centre + jacobi;
     }
     vectors[0] = centre;
