@@ -115,12 +115,13 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, gravity at many points, polyhedra, flights; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, forces from outside, gravity at many points, polyhedra, flights; collisions missed; a sweep killed twenty times
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
 	$(BIN)/python benches/brouwer.py
+	$(BIN)/python benches/splitting.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
 	$(BIN)/python benches/gravity.py

@@ -7,6 +7,7 @@
 mod departure;
 mod equations;
 mod invariants;
+mod jacobi;
 mod layout;
 mod parameter;
 mod rejected;
