@@ -38,9 +38,9 @@ SETTINGS = {
     "Secondary Vertex File": "Secondary_vertices.csv",
     "Secondary Tetrahedron File": "Secondary_faces.csv",
 }
-#: The state after 7,200 s as GUBAS's own program has it in its binary output, in km and s: separation and relative velocity in the
-#: inertial frame, spins in the bodies' frames, attitudes. Commit 8db57ff of github.com/meyeralexj/gubas, built by g++ 12 with
-#: Armadillo 11.4; order 4, "RK 7(8)", tolerance 1e-14, these settings.
+#: The state after 7,200 s in the binary output of GUBAS, in km and s: separation and relative velocity in the
+#: inertial frame, spins in the frames of the bodies, attitudes. Commit 8db57ff of github.com/meyeralexj/gubas,
+#: built by g++ 12 with Armadillo 11.4; order 4, "RK 7(8)", tolerance 1e-14, these settings.
 TIME = 7200.0
 SEPARATION = [1.0928980318026158, 1.0088264674566214, -0.04181358824015174]
 VELOCITY = [-0.0001979310013566266, 0.00010085191370598868, 9.101075430820952e-05]
