@@ -108,7 +108,7 @@ def test_shapes_are_read_from_files(tmp_path, kind):
 
 @pytest.mark.parametrize("make", [fullbody.systems.kw4, fullbody.systems.didymos], ids=lambda make: make.__name__)
 def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
-    """Files as archives have them, rows that begin with v and f: the ellipsoids of the system as meshes, slightly turned."""
+    """Files as archives have them, with rows of v and f: the ellipsoids of the system as meshes, slightly turned."""
     system, state = make(units=True)
     bodies, turn = [], matrix(np.array([np.cos(0.05), 0.0, 0.0, np.sin(0.05)]))
     for body in system.bodies:
