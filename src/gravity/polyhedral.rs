@@ -236,7 +236,7 @@ impl WithSimd for NearestEdge<'_> {
         // Minus the square: lanes know a maximum.
         let mut nearest = c(f64::NEG_INFINITY);
         for block in 0..sharp[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
-            let from = minus(x, load_vector(simd, &sharp[0..], block));
+            let from: [Lanes<S>; 3] = minus(x, load_vector(simd, &sharp[0..], block));
             let along = load_vector(simd, &sharp[3..], block);
             let part = (dot(from, along) * Lanes::load(simd, &sharp[6], block)).max(c(0.0));
             let part = -(-part).max(c(-1.0));

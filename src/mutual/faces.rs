@@ -183,9 +183,9 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.nodes, &cell, block);
                 let x = place(y, roles);
-                let (excess, rd) = self.kernel.excess_potential(x);
+                let (excess, field) = self.kernel.excess_potential(x);
                 let phi = splat(1.0) / dot(x, x).sqrt() + excess;
-                let flux = flux(n, x, rd, roles);
+                let flux = flux(n, x, field.rd, roles);
                 let value = phi * dot(y, n) - splat(0.5) * dot(y, y) * flux;
                 total.add_product(weight, value);
             }

@@ -1,7 +1,7 @@
 //! A pair of parts with a method, evaluated with the rule in force.
 
 use super::faces::Faces;
-use super::rule::{Kernel, NodeStore, Rule};
+use super::rule::{GradientNodes, Kernel, NodeStore, Rule};
 use super::store::Carrier;
 use super::{
     Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
@@ -9,6 +9,8 @@ use super::{
 use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
+use crate::math::matrix::times;
+use crate::math::rotation::{turned, turned_back};
 use crate::patience::{Patience, UNITS};
 use crate::quadrature::Order;
 use crate::shape::{Shape, growth};
@@ -27,8 +29,12 @@ pub struct Pair {
     pub(super) bodies: [BodyGravity; 2],
     /// The points that stand for each body where that one is integrated over.
     pub(super) carriers: [Carrier; 2],
-    multipole: Option<Multipole>,
+    pub(super) multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
+    /// The nodes over which the field's gradient is averaged, where they have been asked for.
+    pub(super) gradient_nodes: Option<GradientNodes>,
+    /// Those over which derivatives by the semi-axes are.
+    pub(super) axis_nodes: Option<GradientNodes>,
     pub(super) nodes: NodeStore,
 }
 
@@ -67,6 +73,8 @@ impl Pair {
             carriers,
             multipole,
             rule: None,
+            gradient_nodes: None,
+            axis_nodes: None,
             nodes,
         }
     }
@@ -157,10 +165,12 @@ impl Pair {
     #[inline]
     pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         let f = self.scaled_interaction(&self.scaled(pose), nodes);
+        // Exact, by a power of two.
+        let inverse = 1.0 / self.unit;
         Interaction {
-            force_on_first: f.force_on_first / self.unit / self.unit,
-            torque_first: f.torque_first / self.unit,
-            torque_second: f.torque_second / self.unit,
+            force_on_first: f.force_on_first * inverse * inverse,
+            torque_first: f.torque_first * inverse,
+            torque_second: f.torque_second * inverse,
         }
     }
 
@@ -200,8 +210,9 @@ impl Pair {
         -mutual_potential / self.unit
     }
 
+    #[inline(always)]
     pub(super) fn scaled(&self, pose: &Pose) -> Pose {
-        Pose { separation: pose.separation / self.unit, ..*pose }
+        Pose { separation: pose.separation * (1.0 / self.unit), ..*pose }
     }
 
     /// The interaction in the pair's unit of length, which asks between pieces.
@@ -236,18 +247,17 @@ impl Pair {
                 None => sampled::force_and_torque(self.arch, field, rule, &roles, nodes),
             },
         };
-        let to_field_body = field.canonical.transpose();
-        let torque_field = to_field_body * balance.torque_field;
-        let torque_set = set.canonical.transpose() * (roles.turn.transpose() * balance.torque);
-        let force = to_field_body * balance.force;
+        let torque_field = field.from_canonical(balance.torque_field);
+        let torque_set = set.from_canonical(turned_back(&roles.turn, &balance.torque));
+        let force = field.from_canonical(balance.force);
         match rule.integrated {
             0 => Interaction {
-                force_on_first: pose.rotation_second * force,
+                force_on_first: turned(&pose.rotation_second, &force),
                 torque_first: torque_set,
                 torque_second: torque_field,
             },
             _ => Interaction {
-                force_on_first: pose.rotation_first * -force,
+                force_on_first: turned(&pose.rotation_first, &-force),
                 torque_first: torque_field,
                 torque_second: torque_set,
             },
@@ -305,14 +315,18 @@ impl Pair {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
+    #[inline(always)]
     pub(super) fn roles(&self, integrated: usize, pose: &Pose) -> Roles {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let (rotation_field, rotation_set, separation) = match integrated {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.canonical * rotation_field.transpose();
-        Roles { origin: to_field * separation, turn: to_field * rotation_set * set.canonical.transpose() }
+        let to_field = field.into_canonical(rotation_field.transpose());
+        Roles {
+            origin: turned(&to_field, &separation),
+            turn: set.out_of_canonical(times(&to_field, rotation_set)),
+        }
     }
 }
 
@@ -333,7 +347,7 @@ fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
     }
 }
 
-fn monopole(pose: &Pose) -> Interaction {
+pub(super) fn monopole(pose: &Pose) -> Interaction {
     let r = pose.separation.norm();
     let zero = Vec3::zeros();
     Interaction { force_on_first: pose.separation / r / r / r, torque_first: zero, torque_second: zero }

@@ -37,6 +37,15 @@ impl Rule {
     }
 }
 
+/// Nodes for the means of the field's gradient, with the rule that they belong to.
+#[derive(Debug, Clone)]
+pub(super) struct GradientNodes {
+    pub integrated: usize,
+    pub degree: usize,
+    pub carrier: Carrier,
+    pub nodes: Arc<Nodes>,
+}
+
 /// The form of the other body's field.
 #[derive(Debug, Clone)]
 pub(super) enum Kernel {

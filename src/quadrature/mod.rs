@@ -10,7 +10,7 @@ mod nodes;
 
 pub use cells::{Cell, Cells, Demand, Division};
 pub use convergence::{
-    Order, closest_confocal, focal_degree, focal_distance, focal_vectors, guess_degree, layer_degree,
+    Order, closest_confocal, focal_degrees, focal_distance, focal_vectors, guess_degree, layer_degree,
     surface_degree,
 };
 pub use nodes::Nodes;

@@ -41,7 +41,8 @@ def test_an_ellipsoid_right_above_a_polyhedron(normal, axes):
         state = beside(np.sign(normal) + n * gap + nearest)
         arms = points @ turn.T
         place = state.position[1] + arms
-        field, potential = cube.field(place, G=1.0), cube.potential(place, G=1.0)
+        attraction = cube.gravity(place, G=1.0)
+        field, potential = attraction.field, attraction.potential
         force, torque = 0.3 * weights @ field, 0.3 * weights @ np.cross(arms, field) @ turn
         back = -0.3 * weights @ np.cross(place, field)
         found = system(cube.shape, Ellipsoid(*axes), 1e-13).interactions(state)
@@ -89,7 +90,7 @@ def test_a_fall_along_a_line_ends_when_it_should():
     points, weights = focal_points(*AXES, n=30, m=120)
 
     def potential(x):
-        return -0.3 * weights @ cube.potential(points + np.array([x, 0.0, 0.0]), G=1.0)
+        return -0.3 * weights @ cube.gravity(points + np.array([x, 0.0, 0.0]), G=1.0).potential
 
     start, speed, reduced = 2.4, 0.1, 0.3 / 1.3
     # Gauss's rule between the start and the contact.
