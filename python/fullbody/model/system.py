@@ -50,7 +50,7 @@ class BaseSystem(Tabled):
     attitude_chart : {"quaternion", "tait_bryan"}
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
-    vector_path : {"auto", "portable", "avx2", "avx512", "neon"}
+    vector_path : {"auto", "portable", "avx2", "avx512", "neon", "simd128"}
         Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
         every machine.
     epoch : astropy Time or str, optional
@@ -86,7 +86,7 @@ class BaseSystem(Tabled):
         order: tuple[int, int] | None = None,
         units: tuple[object, object, object] | bool | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
-        vector_path: Literal["auto", "portable", "avx2", "avx512", "neon"] = "auto",
+        vector_path: Literal["auto", "portable", "avx2", "avx512", "neon", "simd128"] = "auto",
         epoch: Any = None,
         frame: str | None = None,
         forces: Sequence[Force] = (),
