@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 import support
+from scipy.special import ellipk
 
 analysis = fullbody.analysis
 
@@ -67,6 +68,21 @@ def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+def test_the_family_of_a_mode(ellipsoids, locked):
+    family = analysis.periodic_family(locked, 3, np.geomspace(0.05, 0.6, 8))
+    swings = []
+    for orbit in family:
+        assert orbit.closure < 1e-12
+        assert orbit.angular_momentum == pytest.approx(locked.angular_momentum, rel=1e-13)
+        run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 64)
+        swings.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
+    assert swings[-1] > 0.5
+    # A pendulum of twice the angle: T = 4 K(sin A) / (2 pi) times that of small swings, for a light secondary.
+    periods = np.array([orbit.period for orbit in family]) / locked.modes.period[3]
+    pendulum = ellipk(np.sin(swings) ** 2) * 2 / np.pi
+    np.testing.assert_allclose(periods - 1, pendulum - 1, rtol=0.15)
+
+
 def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
     near = analysis.relative_equilibrium(ellipsoids, separation=1.8)
     modes = near.modes
@@ -81,9 +97,13 @@ def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
 
 def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
     modes = locked.modes
-    found = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=3)
-    assert found.period == pytest.approx(orbit.period, rel=1e-11)
-    assert found.energy == pytest.approx(orbit.energy, rel=1e-13)
+    both = {"hold": ["energy", "angular_momentum"]}
+    one, found = (
+        analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **both)
+        for count in (1, 3)
+    )
+    assert found.period == pytest.approx(one.period, rel=1e-11)
+    assert found.energy == pytest.approx(one.energy, rel=1e-13)
     held = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
     assert held.period == pytest.approx(orbit.period, rel=1e-12)
     assert held.closure < 1e-12

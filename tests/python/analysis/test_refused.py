@@ -81,7 +81,7 @@ def test_points_have_equilibria_too():
         ({"period": 5.0, "segments": 0}, "segments is 0; expected a whole number, 1 or more"),
         ({"period": 5.0, "tolerance": 0.0}, "tolerance is 0.0; expected a number above zero"),
         ({"period": 5.0, "hold": "momentum"}, "hold has 'momentum'; expected some of period, energy, angular_momentum"),
-        ({"period": 11.0}, "no periodic orbit found"),
+        ({"period": 11.0, "hold": ["energy", "period", "angular_momentum"]}, "no periodic orbit found"),
     ],
 )
 def test_periodic_orbits(ellipsoids, locked, options, message):
