@@ -32,6 +32,7 @@ from .errors import (
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
 from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
@@ -92,6 +93,7 @@ __all__ = [
     "Interrupted",
     "InvalidInput",
     "Invariants",
+    "Jacobian",
     "KeplerElements",
     "LieGroupVariational",
     "Loads",

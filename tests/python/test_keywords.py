@@ -26,6 +26,7 @@ RESULTS = {
         fullbody.Energy,
         fullbody.Interactions,
         fullbody.Invariants,
+        fullbody.Jacobian,
         fullbody.Loads,
         fullbody.Samples,
         fullbody.Statistics,

@@ -120,7 +120,7 @@ class Pair:
         """Of the loads with a change of the pose (9, 9)."""
         state = self.state(pose)
         with self.system._explaining(lambda: state):
-            full = self.system._core.jacobian(state)
+            full = self.system._core.jacobian(state, [])[0]
         rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
         found: Array = full[np.ix_(rows, columns)]
         return found
