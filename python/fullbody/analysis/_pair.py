@@ -87,9 +87,6 @@ class Pair:
         cores = [body._core(system._units, k) for k, body in enumerate(system.bodies)]
         self.inertia: Array = np.array([np.asarray(core.inertia) for core in cores])
         self.reach = [self._radius(core) for core in cores]
-        for name, moments in zip(system.names, self.inertia, strict=True):
-            if np.ndim(moments) != 1:
-                raise InvalidInput(f"{name} has no principal frame; expected one")
 
     @staticmethod
     def _radius(core: _core.Body) -> float:
