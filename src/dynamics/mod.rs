@@ -7,6 +7,7 @@
 mod departure;
 mod equations;
 mod invariants;
+mod jacobi;
 mod jacobian;
 mod layout;
 mod parameter;
@@ -26,7 +27,7 @@ pub use jacobian::SystemJacobian;
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use parameter::Parameter;
 pub use rejected::Rejected;
-pub use rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
+pub use rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};

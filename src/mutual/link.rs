@@ -192,7 +192,12 @@ impl Link {
         self.potential_energy_of(pose, Pair::ALL)
     }
 
-    /// The share of a piece of [`Pair::pieces`].
+    /// As [`Pair::energy_pieces`].
+    pub fn energy_pieces(&self, pose: &Pose, patience: &mut Patience) -> Result<Vec<Range<usize>>> {
+        self.pair.energy_pieces(&self.pose(pose), patience)
+    }
+
+    /// The share of a piece of [`Self::energy_pieces`].
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         match &self.arms {
             None => self.pair.potential_energy_of(pose, nodes),

@@ -218,7 +218,7 @@ impl PySimulation {
 /// The continuous solution of a run.
 #[pyclass(frozen, name = "Dense", module = "fullbody._core")]
 pub struct PyDense {
-    inner: Dense,
+    pub inner: Dense,
 }
 
 #[pymethods]

@@ -1,0 +1,324 @@
+"""Periodic motions of a pair, apart from a turn of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import integer, named_options
+from ..base.tables import Table, Tabled, number
+from ..base.units import numbers, scalar
+from ..errors import FullbodyError, InvalidInput
+from ..model.state import State
+from ..motion.simulation import System
+from ..typing import Scalar
+from ._flow import SPINS, TURNS, Point, generators, momentum_rows
+from ._linear import complement, even, kernel
+from ._pair import Array, Pair, Pose, cross
+from ._shooting import Ends, Shooting, begun, solved
+from .equilibrium import RelativeEquilibrium, pose_of
+
+__all__ = ["PeriodicOrbit", "periodic_family", "periodic_orbit"]
+
+#: The closure of members of a family.
+_CLOSED = 1e-12
+_HELD = ("period", "energy", "angular_momentum")
+#: Segments, unless more are asked for.
+_MOST = 32
+#: How far from the unit circle a multiplier of a stable orbit may lie.
+_ROUND = 1e-6
+
+
+class PeriodicOrbit(Tabled):
+    """A motion that repeats after its period, turned as a whole about the angular momentum; see :func:`periodic_orbit`.
+
+    Attributes
+    ----------
+    system : System
+    state : State
+        One of its states: barycentre at rest in the origin, angular momentum along z.
+    closure : float
+        By how much the motion misses its start after one period, in units of the separation, its rate, and radians.
+    """
+
+    def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
+        pair, point = shooting.pair, shooting.points[0]
+        self.system: System = shooting.system
+        self.state: State = self.system._state(pair.state(point.pose, point.velocity, point.spin))
+        self.closure = closure
+        self._shooting = shooting
+        self._transition = np.eye(18)
+        for _, part in ends:
+            self._transition = part @ self._transition
+
+    @property
+    def period(self) -> Scalar:
+        """After which the motion repeats."""
+        found: Scalar = self.system._units.attach(self._shooting.period, "time")
+        return found
+
+    @property
+    def turn(self) -> Scalar:
+        """The angle, -pi to pi, by which the whole has turned about the angular momentum after a period."""
+        angle = float(np.remainder(self._shooting.angle + np.pi, 2 * np.pi) - np.pi)
+        found: Scalar = self.system._units.attach(angle, "angle")
+        return found
+
+    @property
+    def half_turns(self) -> dict[str, str]:
+        """Bodies that come back turned by half a turn about one of their axes, which an ellipsoid does not show."""
+        turned = {}
+        for name, own in zip(self.system.names, self._shooting.half, strict=True):
+            if own > 0:
+                turned[name] = "xyz"[own - 1]
+        return turned
+
+    @cached_property
+    def energy(self) -> Scalar:
+        """Total energy with the barycentre at rest."""
+        value = self._shooting.points[0].energy(self._shooting.pair)
+        found: Scalar = self.system._units.attach(value, "energy")
+        return found
+
+    @cached_property
+    def angular_momentum(self) -> Scalar:
+        """Total angular momentum, along z."""
+        value = float(self._shooting.points[0].angular_momentum(self._shooting.pair)[2])
+        found: Scalar = self.system._units.attach(value, "angular momentum")
+        return found
+
+    @cached_property
+    def monodromy(self) -> Array:
+        """Departures after a period by those at its start (18, 18), turned back as the orbit itself.
+
+        In order: the separation and its rate, and for each body a rotation vector in its frame and its spin; in the
+        system's units.
+        """
+        shooting = self._shooting
+        return np.asarray(np.linalg.solve(shooting.target_slopes()[0], self._transition))
+
+    @cached_property
+    def multipliers(self) -> npt.NDArray[np.complex128]:
+        """Floquet multipliers, of the largest size first.
+
+        Those at 1 by the symmetries are taken away: of the motion itself, the turn about z and turns of bodies about
+        their axes, and of the energy, the angular momentum and those of bodies about their axes. Of two bodies without
+        axes of symmetry 12 are left.
+        """
+        shooting, pair = self._shooting, self._shooting.pair
+        point, units = shooting.points[0], shooting.units()
+        rows = [point.energy_row(pair), *momentum_rows(pair, point)]
+        for k, axis in enumerate(shooting.axes):
+            ways = np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
+            for way in ways:
+                row = np.zeros(18)
+                row[SPINS[k]] = way
+                if axis == 3:
+                    # The spin of a sphere as seen from without.
+                    row[TURNS[k]] = -way @ cross(point.spin[k])
+                rows.append(row)
+        moves = np.column_stack([point.rates(pair), generators(point, shooting.axes)])
+        still = kernel(even(np.array(rows) * units))
+        basis = still @ complement(even((still.T @ (moves / units[:, np.newaxis])).T).T)
+        values = np.linalg.eigvals(basis.T @ (self.monodromy * units / units[:, np.newaxis]) @ basis)
+        found: npt.NDArray[np.complex128] = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
+        return found
+
+    @property
+    def linearly_stable(self) -> bool:
+        """Whether all multipliers lie on the unit circle, to 1e-6."""
+        return bool(np.all(np.abs(np.abs(self.multipliers) - 1.0) < _ROUND))
+
+    def _tables(self) -> tuple[Table, ...]:
+        names = ("period", "turn", "energy", "angular_momentum")
+        rows = [(name.replace("_", " "), number(getattr(self, name))) for name in names]
+        rows.append(("closure", f"{self.closure:.2g}"))
+        rows.append(("largest multiplier", f"{abs(self.multipliers[0]):.8g}"))
+        rows.append(("linearly stable", "yes" if self.linearly_stable else "no"))
+        return (Table("Periodic orbit", (), list(rows)),)
+
+    def __repr__(self) -> str:
+        stable = "linearly stable" if self.linearly_stable else f"largest multiplier {abs(self.multipliers[0]):.6g}"
+        return (
+            f"PeriodicOrbit(period={number(self.period)}, turn={number(self.turn, 6)}, closure={self.closure:.1g}, "
+            f"{stable})"
+        )
+
+
+@named_options
+def periodic_orbit(
+    system: System,
+    state: State,
+    period: Any,
+    *,
+    hold: str | Sequence[str] = "angular_momentum",
+    segments: int | None = None,
+    tolerance: float = 1e-12,
+) -> PeriodicOrbit:
+    """Find the periodic motion near a state, apart from a turn of the whole, by multiple shooting.
+
+    Parameters
+    ----------
+    system : System
+        Two bodies, without forces from outside.
+    state : State
+        Near the orbit, such as :meth:`Modes.excited` gives.
+    period : float or Quantity
+        About the period.
+    hold : str or sequence of str
+        What keeps the value that it has at the start: some of ``"period"``, ``"energy"`` and ``"angular_momentum"``.
+        Orbits make families with two parameters; where fewer than two are held, the orbit that is nearest to the start
+        is found. To hold the energy takes a better start: the little energy that a swing has is quadratic in it.
+    segments : int, optional
+        Into how many parts the period is divided; unless given, one for each revolution. More of them find orbits that
+        are very unstable or long.
+    tolerance : float
+        The closure that is asked for; see :attr:`PeriodicOrbit.closure`.
+
+    Returns
+    -------
+    PeriodicOrbit
+
+    Raises
+    ------
+    InvalidInput
+    NotConverged
+        Where no orbit is found.
+    BodiesOverlap
+
+    Notes
+    -----
+    After the period the whole is turned by an angle about the angular momentum, which is found with the orbit; bodies
+    may be turned besides by any angle about their axes of symmetry, and ellipsoids by half a turn about a principal
+    axis, whichever is nearest to what the start does. Attitudes of spheres and points do not count. The linear
+    equations of Newton's method, with the derivatives of the motion by :attr:`fullbody.Run.transition`, are solved by
+    least squares, of least change where they leave a choice: of the phase, of the turn of the whole, and within a
+    family.
+
+    Examples
+    --------
+    A libration of Dimorphos about an axisymmetric Didymos:
+
+    >>> import fullbody
+    >>> system, _ = fullbody.systems.didymos_after_dart()
+    >>> mean = fullbody.analysis.averaged(system, "Didymos", copies=6)
+    >>> equilibrium = fullbody.analysis.relative_equilibrium(mean, separation=1.19, spin={"Didymos": 2.78})
+    >>> modes = equilibrium.modes
+    >>> libration = int(modes.in_plane.argmax())
+    >>> orbit = fullbody.analysis.periodic_orbit(mean, modes.excited(libration, 0.1), modes.period[libration])
+    >>> orbit.closure < 1e-12
+    True
+    """
+    pair = Pair(system)
+    if not isinstance(system, System):
+        raise InvalidInput(f"system is {system!r}; expected a System")
+    time = system._units.number(period, "time", "period")
+    if time <= 0.0:
+        raise InvalidInput(f"period is {period!r}; expected a number above zero")
+    within = scalar(numbers(tolerance, "tolerance"), "tolerance")
+    if not 0.0 < within < np.inf:
+        raise InvalidInput(f"tolerance is {tolerance!r}; expected a number above zero")
+    held = _held(hold)
+    pose, turn = pose_of(pair, state, "state")
+    count = _segments(pair, pose, time, segments)
+    start = Point.of(system._strip(state))
+    shooting, ends = begun(system, pair, Point(pose, turn @ start.velocity, start.spin), time, count)
+    first = shooting.points[0]
+    kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
+    return PeriodicOrbit(*solved(shooting, ends, held, kept, within))
+
+
+@named_options
+def periodic_family(
+    equilibrium: RelativeEquilibrium, mode: int, amplitudes: Any, *, segments: int | None = None
+) -> tuple[PeriodicOrbit, ...]:
+    """The family of periodic orbits that grows out of a mode of a relative equilibrium, at its angular momentum.
+
+    Parameters
+    ----------
+    equilibrium : RelativeEquilibrium
+    mode : int
+        The place of the mode.
+    amplitudes : array_like, (F,)
+        About the amplitudes of the orbits, as in :meth:`Modes.excited`, in an order in which each is near the one
+        before; the first is to be small.
+    segments : int, optional
+        As in :func:`periodic_orbit`.
+
+    Returns
+    -------
+    tuple of PeriodicOrbit
+
+    Raises
+    ------
+    InvalidInput
+    NotConverged
+        Where an orbit is not found; its attribute ``orbits`` has those before.
+
+    Notes
+    -----
+    Each orbit is sought near the one before, its departure from the equilibrium scaled by the ratio of the amplitudes,
+    with the angular momentum of the equilibrium, and changed from that start only across its departure.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, _ = fullbody.systems.kw4()
+    >>> equilibrium = fullbody.analysis.relative_equilibrium(system, separation=5.0)
+    >>> family = fullbody.analysis.periodic_family(equilibrium, 3, [0.1, 0.2])
+    >>> bool(family[0].period < family[1].period)
+    True
+    """
+    if not isinstance(equilibrium, RelativeEquilibrium):
+        raise InvalidInput(f"equilibrium is {equilibrium!r}; expected a RelativeEquilibrium")
+    sizes = numbers(amplitudes, "amplitudes")
+    if sizes.ndim != 1 or len(sizes) == 0 or not np.all(np.isfinite(sizes) & (sizes != 0.0)):
+        raise InvalidInput(f"amplitudes is {amplitudes!r}; expected numbers that are not zero, one or more")
+    system, pair = equilibrium.system, equilibrium._problem.pair
+    if not isinstance(system, System):
+        raise InvalidInput(f"the equilibrium is one of {system!r}; expected a System")
+    centre = Point.of(system._strip(equilibrium.state))
+    modes = equilibrium.modes
+    departure = Point.of(system._strip(modes.excited(mode, sizes[0]))).less(centre)
+    time = float(getattr(modes.period[mode], "value", modes.period[mode]))
+    if not np.isfinite(time):
+        raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
+    momentum = float(equilibrium._rotation.angular_momentum[2])
+    found: list[PeriodicOrbit] = []
+    for before, size in zip((sizes[0], *sizes), sizes, strict=False):
+        start = centre.moved(departure * (size / before))
+        count = _segments(pair, start.pose, time, segments)
+        try:
+            shooting, ends = begun(system, pair, start, time, count)
+            kept = {"angular_momentum": momentum}
+            orbit = PeriodicOrbit(*solved(shooting, ends, tuple(kept), kept, _CLOSED, departure))
+        except FullbodyError as error:
+            error.orbits = tuple(found)  # type: ignore[attr-defined]
+            raise
+        found.append(orbit)
+        departure = orbit._shooting.points[0].less(centre)
+        time = orbit._shooting.period
+    return tuple(found)
+
+
+def _held(hold: str | Sequence[str]) -> tuple[str, ...]:
+    held = (hold,) if isinstance(hold, str) else tuple(hold)
+    for name in held:
+        if name not in _HELD:
+            raise InvalidInput(f"hold has {name!r}; expected some of {', '.join(_HELD)}")
+    return held
+
+
+def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
+    """How many segments: as many as asked for, or one for each revolution of a circular orbit."""
+    if segments is None:
+        revolution = 2 * np.pi * np.sqrt(pair.mass * pose.distance**3 / pair.strength)
+        return int(np.clip(np.ceil(time / revolution - 0.5), 1, _MOST))
+    count = integer(segments)
+    if count is None or count < 1:
+        raise InvalidInput(f"segments is {segments!r}; expected a whole number, 1 or more")
+    return count
