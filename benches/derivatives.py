@@ -19,14 +19,18 @@ ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 3
 
 def main():
     """Print the table."""
-    print(f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, a sample a day; {ROUNDS} rounds; ratios to the run without derivatives")
+    print(
+        f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, a sample a day; {ROUNDS} rounds; ratios to the run without derivatives"
+    )
     for gravity in ("focal", "surface", "multipole:4"):
         system, state = fullbody.systems.kw4(gravity=gravity)
         series = gravity.startswith("multipole")
         wanted = [name for name in system.parameters if name.startswith(("mass", "semi"))]
         kinds = {
             "transition": {"derivatives": True},
-            "and masses" if series else "and masses, semi-axes": {"derivatives": wanted[:1] + wanted[4:5] if series else wanted},
+            "and masses" if series else "and masses, semi-axes": {
+                "derivatives": wanted[:1] + wanted[4:5] if series else wanted
+            },
             "chaos": {"chaos": True},
         }
         ratios = {name: [] for name in kinds}

@@ -11,6 +11,7 @@ mod jacobi;
 mod jacobian;
 mod layout;
 mod parameter;
+mod rates;
 mod rejected;
 mod rotor;
 mod split_variations;
