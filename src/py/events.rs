@@ -1,7 +1,7 @@
 //! The conditions that a run watches for.
 
-use super::listening::Listener;
-use super::systems::PyState;
+use super::listening::{Listener, listening};
+use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::math::Vec3;
@@ -36,9 +36,20 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
     watched.iter().map(event).collect()
 }
 
+#[pymethods]
+impl PyCondition {
+    /// Derivatives of the function with the 12 N numbers of a departure from a state of a system, and with the time.
+    fn slopes(&self, py: Python<'_>, system: &PySystem, state: &PyState) -> PyResult<(Vec<f64>, f64)> {
+        let raised = Arc::new(Listener::default());
+        let mut condition = self.condition(py, &raised);
+        let found = listening(py, |patience| condition.slopes(&system.inner, &state.inner, patience));
+        found.map_err(|error| raised.raised().unwrap_or(error))
+    }
+}
+
 impl PyCondition {
     /// The core's condition. The first exception of a function goes to `listener`.
-    pub(super) fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
+    fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
             Self::Contact { first, second } => Condition::Contact { first, second },
