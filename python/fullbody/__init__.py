@@ -41,6 +41,7 @@ from .motion.loading import load, load_flight
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
 from .record.dense import Dense, Samples
+from .record.derivatives import EventDerivatives
 from .record.integrators import (
     DormandPrince54,
     LieGroupVariational,
@@ -92,6 +93,7 @@ __all__ = [
     "DormandPrince54",
     "Ellipsoid",
     "Energy",
+    "EventDerivatives",
     "Flight",
     "ForceFailed",
     "FullbodyError",
