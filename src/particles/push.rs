@@ -170,8 +170,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             let planned = lanes[lane].map_or(0.0, |index| self.plan(index, lane));
             let time = self.stages.time[lane];
             let remaining = end - time;
-            let last = !(planned < remaining.abs());
-            ends[lane] = if last { end } else { time + direction * planned };
+            ends[lane] = if planned < remaining.abs() { time + direction * planned } else { end };
             self.stages.size[lane] = ends[lane] - time;
         }
         self.stages.attempt()?;
