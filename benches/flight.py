@@ -26,7 +26,7 @@ def particles(count, nearest=1.5, seed=1):
 
 
 def old_way(run, x, v, until, rtol):
-    """Positions at the end, by the dense run, ``Body.field`` and DOP853."""
+    """Positions at the end, by the dense run, ``Body.gravity`` and DOP853."""
     bodies, G = run.system.bodies, run.system.G
 
     def rate(time, y):
@@ -34,7 +34,7 @@ def old_way(run, x, v, until, rtol):
         state, g = run(time), np.zeros_like(x)
         for k, body in enumerate(bodies):
             turn = state.rotation_matrix[k]
-            g += body.field((x - state.position[k]) @ turn, G) @ turn.T
+            g += body.gravity((x - state.position[k]) @ turn, G).field @ turn.T
         return np.concatenate([v, g]).ravel()
 
     start = np.concatenate([x, v]).ravel()

@@ -31,6 +31,7 @@ from .errors import (
 )
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
@@ -55,7 +56,7 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import particles, plots, spice, view
+    from . import analysis, fields, particles, plots, spice, view
     from .particles import Flight, Particles
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
@@ -65,10 +66,10 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn or handed on, or flown along.
+        # Not every run is drawn, analysed, handed on or flown along.
         from importlib import import_module
 
-        if name in ("particles", "plots", "spice", "view"):
+        if name in ("analysis", "fields", "particles", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
         if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
             return getattr(import_module(".peers", __name__), name)
@@ -93,6 +94,7 @@ __all__ = [
     "Flight",
     "ForceFailed",
     "FullbodyError",
+    "Gravity",
     "InconsistentInput",
     "Interactions",
     "Interrupted",
@@ -125,9 +127,11 @@ __all__ = [
     "Verner98",
     "WorkingFrame",
     "__version__",
+    "analysis",
     "binary",
     "ensembles",
     "events",
+    "fields",
     "forces",
     "frames",
     "from_rebound",

@@ -1,7 +1,9 @@
 //! The parameters of a system that motions are differentiated by.
 
 use crate::error::{Error, Result};
-use crate::shape::Body;
+use crate::math::Vec3;
+use crate::mutual::{AxisSlopes, Interaction, Method};
+use crate::shape::{Body, Part, Shape};
 
 /// A number that the motion depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,6 +14,8 @@ pub enum Parameter {
     Mass(usize),
     /// The density of a body, whose shape stays: the derivative by the mass times this volume.
     Density(usize, f64),
+    /// A semi-axis of an ellipsoid, whose mass stays.
+    SemiAxis(usize, usize),
 }
 
 /// How a parameter acts on what two bodies do to each other: factors of the force and the torques per unit G m m.
@@ -32,6 +36,12 @@ impl Parameter {
             if body.volume() > 0.0 {
                 all.push((format!("density of {}", body.name), Self::Density(k, body.volume())));
             }
+            if let [Part { shape: Shape::Ellipsoid(_), place: None, .. }] = body.parts() {
+                let axes = ["a", "b", "c"].iter().enumerate();
+                all.extend(axes.map(|(axis, letter)| {
+                    (format!("semi-axis {letter} of {}", body.name), Self::SemiAxis(k, axis))
+                }));
+            }
         }
         all
     }
@@ -46,6 +56,42 @@ impl Parameter {
                 Err(Error::invalid("parameter", format!("{name:?}"), format!("one of {}", known.join(", "))))
             }
         }
+    }
+
+    /// Refuses one by which a method of gravity has no derivative.
+    pub fn check(self, bodies: &[Body], method: Method) -> Result<Self> {
+        match (self, method) {
+            (Self::SemiAxis(body, _), Method::Multipole(_)) => Err(Error::invalid(
+                "derivatives",
+                format!("by a semi-axis of {} with gravity=\"{method}\"", bodies[body].name),
+                "gravity=\"focal\" or gravity=\"surface\" for it",
+            )),
+            _ => Ok(self),
+        }
+    }
+
+    /// The body and its semi-axis that it is.
+    pub(super) fn semi_axis(self) -> Option<(usize, usize)> {
+        match self {
+            Self::SemiAxis(body, axis) => Some((body, axis)),
+            _ => None,
+        }
+    }
+
+    /// The part of what two bodies do to each other, where it is a semi-axis of one.
+    pub(super) fn slopes(self, bodies: [usize; 2], slopes: &AxisSlopes) -> Option<Interaction> {
+        let (body, axis) = self.semi_axis()?;
+        let which = bodies.iter().position(|other| *other == body)?;
+        Some(slopes[which][axis])
+    }
+
+    /// Derivative of a body's moments of inertia where it is a semi-axis: I_1 = m (a_2^2 + a_3^2) / 5.
+    pub(super) fn of_inertia(self, body: &Body, place: usize) -> Option<Vec3> {
+        let (_, axis) = self.semi_axis().filter(|(of, _)| *of == place)?;
+        let slope = 0.4 * body.mass * body.semi_axes()[axis];
+        let mut inertia = Vec3::repeat(slope);
+        inertia[axis] = 0.0;
+        Some(inertia)
     }
 
     /// Derivative of a body's mass.

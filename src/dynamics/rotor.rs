@@ -27,15 +27,50 @@ pub const FARTHEST: f64 = 1024.0;
 /// Up to this angle, in rad, a loose bound of it costs little.
 const FEW: f64 = 64.0;
 
-/// Changes of attitude and spin over a time without torque.
-///
-/// A body with two equal moments: two rotations. Any other: see [`triaxial`]; `None` where it turns farther than [`FARTHEST`].
-#[inline]
-pub fn free_rotation(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
-    let axis = (0..3).find(|&k| inertia[(k + 1) % 3] == inertia[(k + 2) % 3]);
-    match axis {
-        Some(axis) => Some(symmetric(inertia, axis, q, spin, time)),
-        None => triaxial(inertia, q, spin, time),
+/// A body that turns freely, by its principal moments of inertia.
+#[derive(Debug, Clone)]
+pub struct Top {
+    inertia: Vec3,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone)]
+enum Kind {
+    /// Two equal moments: the axis of the third one, and its ratio to them.
+    Symmetric(usize, f64),
+    Triaxial(Triaxial),
+}
+
+impl Top {
+    /// Of these moments; zeros for a point.
+    pub fn new(inertia: Vec3) -> Self {
+        let axis = (0..3).find(|&k| inertia[(k + 1) % 3] == inertia[(k + 2) % 3]);
+        let kind = match axis {
+            Some(axis) => {
+                let across = inertia[(axis + 1) % 3];
+                // A point has no inertia and turns on as a sphere would.
+                Kind::Symmetric(axis, if across > 0.0 { inertia[axis] / across } else { 1.0 })
+            }
+            None => Kind::Triaxial(Triaxial::new(inertia)),
+        };
+        Self { inertia, kind }
+    }
+
+    /// Changes of attitude and spin over a time without torque.
+    ///
+    /// Two rotations for a body with two equal moments; for any other see [`Triaxial`], and `None` where it turns farther than
+    /// [`FARTHEST`].
+    #[inline]
+    pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
+        match &self.kind {
+            Kind::Symmetric(axis, ratio) => Some(symmetric(*axis, *ratio, q, spin, time)),
+            Kind::Triaxial(top) => {
+                let angle = self.inertia.component_mul(&spin).norm() * top.inverse_least * time.abs();
+                // What is too large for it may be so by a loose bound.
+                let angle = if angle <= FEW { angle } else { farthest_turn(self.inertia, spin, time) };
+                top.turn(q, spin, time, angle)
+            }
+        }
     }
 }
 
@@ -63,10 +98,8 @@ pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
 }
 
 /// About the angular momentum at |L|/I, then about the symmetry axis.
-fn symmetric(inertia: Vec3, axis: usize, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion, Vec3) {
+fn symmetric(axis: usize, ratio: f64, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion, Vec3) {
     let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-    // A point has no inertia and turns on as a sphere would.
-    let ratio = if inertia[j] > 0.0 { inertia[axis] / inertia[j] } else { 1.0 };
     let mut about_momentum = spin;
     about_momentum[axis] *= ratio;
     let fast = about_momentum.norm();
@@ -93,112 +126,191 @@ fn symmetric(inertia: Vec3, axis: usize, q: Quaternion, spin: Vec3, time: f64) -
 /// T the energy: the way of m off its shortest turn encloses the integral, which is of third order in the way. Gauss's rule takes
 /// it. The spin changes in the frame of the body more slowly than the body turns, the more so the rounder it is: series and rule
 /// are short. (Montgomery 1991, Am. J. Phys. 59, 394; van Zon & Schofield 2007, J. Comput. Phys. 225, 145.)
-fn triaxial(inertia: Vec3, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
-    let angle = farthest_turn(inertia, spin, time);
-    if angle.is_nan() || angle > FARTHEST {
-        return None;
-    }
-    let rate = Vec3::from([0, 1, 2].map(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        (inertia[j] - inertia[k]) / inertia[i]
-    }));
-    // |dw/dt| <= max |rate| |w|^2 / 3^(1/2): the n-th term of the series is below that of a geometric one of this ratio.
-    let ratio = rate.amax() * angle / 3.0_f64.sqrt();
-    let pieces = (ratio / LONGEST).ceil().max(1.0);
-    let scaled = inertia / inertia.max();
-    let h = time / pieces;
-    let (mut turned, mut change) = ([0.0; 4], Vec3::zeros());
-    for _ in 0..pieces as u64 {
-        let (turn, changed) = piece(scaled, rate, (spin + change) * h, ratio / pieces);
-        turned = product_less_one(turned, turn);
-        // Of no time nothing changes.
-        if h != 0.0 {
-            change += changed / h;
-        }
-    }
-    Some((product(q, turned), change))
+#[derive(Debug, Clone)]
+struct Triaxial {
+    /// In units of the largest one.
+    inertia: Vec3,
+    /// dw_i/dt = rate_i w_j w_k.
+    rate: Vec3,
+    /// |dw/dt| is below this times |w|^2: max |rate| / 3^(1/2). The terms of the series then fall at least as those of a geometric
+    /// one of the ratio steepness |w| t.
+    steepness: f64,
+    /// 1 over the smallest moment.
+    inverse_least: f64,
 }
 
 /// Ratio of the longest series.
 const LONGEST: f64 = 0.125;
 
-/// Up to this ratio three points of Gauss are enough, beyond it five: on an interval whose nearest singularity is 1 / ratio lengths
-/// away the rule of n points errs by (ratio / 4)^(2 n) of an integrand that is of the size of the ratio's square.
-const SHORT: f64 = 0.016;
+/// 1/(n + 1).
+const SHARES: [f64; 20] = {
+    let mut shares = [1.0; 20];
+    let mut n = 1;
+    while n < shares.len() {
+        shares[n] = 1.0 / (n + 1) as f64;
+        n += 1;
+    }
+    shares
+};
 
-/// Gauss's points and weights on [0, 1].
-const THREE: [[f64; 2]; 3] = [
-    [0.112_701_665_379_258_311_5, 0.277_777_777_777_777_777_8],
-    [0.5, 0.444_444_444_444_444_444_4],
-    [0.887_298_334_620_741_688_5, 0.277_777_777_777_777_777_8],
+/// Gauss's points and weights on [0, 1], and the end, which has none. The rule of n points errs by (ratio / 4)^(2 n) of an integrand
+/// that is of the size of the ratio's square.
+type Rule<const N: usize> = [[f64; N]; 2];
+const THREE: Rule<4> = [
+    [0.112_701_665_379_258_311_5, 0.5, 0.887_298_334_620_741_688_5, 1.0],
+    [0.277_777_777_777_777_777_8, 0.444_444_444_444_444_444_4, 0.277_777_777_777_777_777_8, 0.0],
 ];
-const FIVE: [[f64; 2]; 5] = [
-    [0.046_910_077_030_668_003_6, 0.118_463_442_528_094_543_8],
-    [0.230_765_344_947_158_454_5, 0.239_314_335_249_683_234_0],
-    [0.5, 0.284_444_444_444_444_444_4],
-    [0.769_234_655_052_841_545_5, 0.239_314_335_249_683_234_0],
-    [0.953_089_922_969_331_996_4, 0.118_463_442_528_094_543_8],
+const FOUR: Rule<5> = [
+    [
+        0.069_431_844_202_973_712_4,
+        0.330_009_478_207_571_867_6,
+        0.669_990_521_792_428_132_4,
+        0.930_568_155_797_026_287_6,
+        1.0,
+    ],
+    [
+        0.173_927_422_568_726_928_7,
+        0.326_072_577_431_273_071_3,
+        0.326_072_577_431_273_071_3,
+        0.173_927_422_568_726_928_7,
+        0.0,
+    ],
+];
+const FIVE: Rule<6> = [
+    [
+        0.046_910_077_030_668_003_6,
+        0.230_765_344_947_158_454_5,
+        0.5,
+        0.769_234_655_052_841_545_5,
+        0.953_089_922_969_331_996_4,
+        1.0,
+    ],
+    [
+        0.118_463_442_528_094_543_8,
+        0.239_314_335_249_683_234_0,
+        0.284_444_444_444_444_444_4,
+        0.239_314_335_249_683_234_0,
+        0.118_463_442_528_094_543_8,
+        0.0,
+    ],
 ];
 
-/// The turn, less one, and the change of the spin in a unit of time.
-fn piece(inertia: Vec3, rate: Vec3, spin: Vec3, ratio: f64) -> (Quaternion, Vec3) {
-    const TERMS: usize = 24;
-    /// 1/(n + 1).
-    const SHARES: [f64; TERMS] = {
-        let mut shares = [1.0; TERMS];
-        let mut n = 1;
-        while n < TERMS {
-            shares[n] = 1.0 / (n + 1) as f64;
-            n += 1;
-        }
-        shares
-    };
-    let negligible = 1e-18 * spin.amax();
-    let mut w = [Vec3::zeros(); TERMS];
-    w[0] = spin;
-    let mut last = 0;
-    while last + 1 < TERMS {
-        let mut cross = Vec3::zeros();
-        for m in 0..=last {
-            let (a, b) = (w[m], w[last - m]);
-            cross += Vec3::new(a.y * b.z, a.z * b.x, a.x * b.y);
-        }
-        w[last + 1] = SHARES[last] * rate.component_mul(&cross);
-        last += 1;
-        if last > 1 && w[last].amax() <= negligible && w[last - 1].amax() * ratio <= negligible {
-            break;
+impl Triaxial {
+    fn new(inertia: Vec3) -> Self {
+        let rate = Vec3::from([0, 1, 2].map(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            (inertia[j] - inertia[k]) / inertia[i]
+        }));
+        Self {
+            inertia: inertia / inertia.max(),
+            rate,
+            steepness: rate.amax() / 3.0_f64.sqrt(),
+            inverse_least: 1.0 / inertia.min(),
         }
     }
-    let change = |at: f64| {
-        let mut sum = w[last];
-        for n in (1..last).rev() {
-            sum = sum * at + w[n];
+
+    /// `angle` is a bound of how far the body turns.
+    fn turn(&self, q: Quaternion, spin: Vec3, time: f64, angle: f64) -> Option<(Quaternion, Vec3)> {
+        if angle.is_nan() || angle > FARTHEST {
+            return None;
         }
-        sum * at
-    };
-    let momentum = inertia.component_mul(&spin);
-    let square = momentum.norm_squared();
-    let changed = change(1.0);
-    if square < f64::MIN_POSITIVE / f64::EPSILON {
-        // So small a turn is its rotation vector.
-        return ([0.0, 0.5 * spin.x, 0.5 * spin.y, 0.5 * spin.z], changed);
+        let ratio = self.steepness * angle;
+        if ratio <= LONGEST {
+            let (turned, changed) = self.piece(spin * time, ratio);
+            return Some((product(q, turned), if time == 0.0 { Vec3::zeros() } else { changed / time }));
+        }
+        let pieces = (ratio / LONGEST).ceil();
+        let h = time / pieces;
+        let (mut turned, mut change) = ([0.0; 4], Vec3::zeros());
+        for _ in 0..pieces as u64 {
+            let (turn, changed) = self.piece((spin + change) * h, ratio / pieces);
+            turned = product_less_one(turned, turn);
+            change += changed / h;
+        }
+        Some((product(q, turned), change))
     }
-    // 1 + m_0 . m in units of L^2.
-    let facing = |moved: &Vec3| 2.0 * square - 0.5 * moved.norm_squared();
-    let swept = |[at, weight]: &[f64; 2]| {
-        let spun = change(*at);
-        let moved = inertia.component_mul(&spun);
-        let rate = (momentum + moved).cross(&(spin + spun));
-        weight * momentum.cross(&moved).dot(&rate) / facing(&moved)
-    };
-    let rule: &[[f64; 2]] = if ratio < SHORT { &THREE } else { &FIVE };
-    let length = square.sqrt();
-    let angle = (spin.dot(&momentum) - rule.iter().map(swept).sum::<f64>()) / length;
-    let moved = inertia.component_mul(&changed);
-    let cosine = (facing(&moved) / (2.0 * square)).sqrt();
-    let across = moved.cross(&momentum) / (2.0 * cosine * square);
-    let shortest = [-moved.norm_squared() / (4.0 * square * (1.0 + cosine)), across.x, across.y, across.z];
-    (product_less_one(turn_less_one(momentum / length, angle), shortest), changed)
+
+    /// The turn, less one, and the change of the spin in a unit of time.
+    fn piece(&self, spin: Vec3, ratio: f64) -> (Quaternion, Vec3) {
+        match ratio {
+            r if r < 0.006 => self.turned::<8, 4>(&THREE, spin),
+            r if r < 0.016 => self.turned::<10, 4>(&THREE, spin),
+            r if r < 0.048 => self.turned::<14, 5>(&FOUR, spin),
+            _ => self.turned::<20, 6>(&FIVE, spin),
+        }
+    }
+
+    /// By a series of so many terms and a rule.
+    fn turned<const TERMS: usize, const N: usize>(&self, rule: &Rule<N>, spin: Vec3) -> (Quaternion, Vec3) {
+        let [points, weights] = rule;
+        let changes = changes(&self.series::<TERMS>(spin), points);
+        let momentum = self.inertia.component_mul(&spin);
+        let square = momentum.norm_squared();
+        let changed = Vec3::new(changes[0][N - 1], changes[1][N - 1], changes[2][N - 1]);
+        if square < f64::MIN_POSITIVE / f64::EPSILON {
+            // So small a turn is its rotation vector.
+            return ([0.0, 0.5 * spin.x, 0.5 * spin.y, 0.5 * spin.z], changed);
+        }
+        // The integral of (L_0 x L) . dL/dt / (L^2 + L_0 . L).
+        let mut swept = 0.0;
+        for k in 0..N - 1 {
+            let spun = Vec3::new(changes[0][k], changes[1][k], changes[2][k]);
+            let moved = self.inertia.component_mul(&spun);
+            let rate = (momentum + moved).cross(&(spin + spun));
+            let facing = 2.0 * square - 0.5 * moved.norm_squared();
+            swept += weights[k] * momentum.cross(&moved).dot(&rate) / facing;
+        }
+        let inverse = 1.0 / square.sqrt();
+        let angle = (spin.dot(&momentum) - swept) * inverse;
+        let (along, moved) = (momentum * inverse, self.inertia.component_mul(&changed) * inverse);
+        let way = moved.norm_squared();
+        let cosine = (1.0 - 0.25 * way).sqrt();
+        let across = moved.cross(&along) * (0.5 / cosine);
+        let shortest = [-0.25 * way / (1.0 + cosine), across.x, across.y, across.z];
+        (product_less_one(turn_less_one(along, angle), shortest), changed)
+    }
+
+    /// The spin's coefficients in time by Euler's equations.
+    #[inline(always)]
+    fn series<const TERMS: usize>(&self, spin: Vec3) -> [[f64; TERMS]; 3] {
+        let mut w = [[0.0; TERMS]; 3];
+        (0..3).for_each(|i| w[i][0] = spin[i]);
+        for n in 0..TERMS - 1 {
+            // What is newest comes last.
+            let mut sum = [0.0; 3];
+            for m in 1..n {
+                sum[0] += w[1][m] * w[2][n - m];
+                sum[1] += w[2][m] * w[0][n - m];
+                sum[2] += w[0][m] * w[1][n - m];
+            }
+            sum[0] += w[1][0] * w[2][n];
+            sum[1] += w[2][0] * w[0][n];
+            sum[2] += w[0][0] * w[1][n];
+            if n > 0 {
+                sum[0] += w[1][n] * w[2][0];
+                sum[1] += w[2][n] * w[0][0];
+                sum[2] += w[0][n] * w[1][0];
+            }
+            for i in 0..3 {
+                w[i][n + 1] = SHARES[n] * self.rate[i] * sum[i];
+            }
+        }
+        w
+    }
+}
+
+/// Changes of the spin's components at several times.
+#[inline(always)]
+fn changes<const TERMS: usize, const N: usize>(w: &[[f64; TERMS]; 3], times: &[f64; N]) -> [[f64; N]; 3] {
+    let mut sums = [[0.0; N]; 3];
+    for n in (1..TERMS).rev() {
+        for i in 0..3 {
+            for k in 0..N {
+                sums[i][k] = (sums[i][k] + w[i][n]) * times[k];
+            }
+        }
+    }
+    sums
 }
 
 /// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
@@ -213,7 +325,7 @@ pub fn variational_rotation(
     time: f64,
 ) -> Option<(Quaternion, Vec3)> {
     if inertia.min() <= 0.0 {
-        return free_rotation(inertia, q, spin, time);
+        return Top::new(inertia).turn(q, spin, time);
     }
     let momentum = inertia.component_mul(&spin);
     let target = 0.5 * time * momentum;

@@ -9,7 +9,7 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
-use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
+use super::rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
 use super::{AttitudeChart, Dynamics, Layout, Rejected};
 use crate::environment::BOOK;
 use crate::error::{Error, Result};
@@ -39,6 +39,7 @@ pub struct Splitting {
     within: Vec<f64>,
     gravitational_constant: f64,
     inertia: Vec<Vec3>,
+    tops: Vec<Top>,
     position: Vec<Vec3>,
     velocity: Vec<Vec3>,
     acceleration: Vec<Vec3>,
@@ -83,13 +84,15 @@ impl Splitting {
             })
             .collect();
         let n = masses.len();
+        let inertia: Vec<Vec3> = dynamics.system().bodies().iter().map(|body| body.inertia()).collect();
         let zeros = vec![Vec3::zeros(); n];
         Ok(Self {
             parts,
             masses,
             within,
             gravitational_constant: dynamics.system().gravitational_constant(),
-            inertia: dynamics.system().bodies().iter().map(|body| body.inertia()).collect(),
+            tops: inertia.iter().map(|moments| Top::new(*moments)).collect(),
+            inertia,
             position: zeros.clone(),
             velocity: zeros.clone(),
             acceleration: zeros.clone(),
@@ -207,7 +210,7 @@ impl Splitting {
             patience
                 .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
             let turn = match self.parts {
-                Parts::Kepler => free_rotation(inertia, q, spin, size),
+                Parts::Kepler => self.tops[body].turn(q, spin, size),
                 Parts::Free => variational_rotation(inertia, q, spin, size),
             };
             let (turned, change) = turn.ok_or_else(|| self.too_far(dynamics, body, spin))?;

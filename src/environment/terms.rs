@@ -1,6 +1,6 @@
 //! The forces of a system as terms of a sum, and their books.
 
-use super::{Force, Load, PointPull, Scene, Switch, function, radiation, third_body, tide};
+use super::{Force, Load, LoadSlopes, PointPull, Scene, Switch, function, radiation, third_body, tide};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
@@ -138,6 +138,23 @@ impl Environment {
                 Law::Yorp(turn) => turn.load(&self.scene, loads),
                 Law::Byorp(push) => push.load(&self.scene, loads),
                 Law::Function(called) => called.load(name, &self.scene, loads)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the derivatives of the loads that [`Self::load`] has computed last. Allocates nothing.
+    pub fn slopes(&mut self, slopes: &mut LoadSlopes) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
+            match law {
+                Law::ThirdBody(pull) => pull.slopes(name, &self.scene, slopes)?,
+                Law::Tide(tide) => tide.slopes(&self.scene, slopes),
+                Law::Yorp(turn) => turn.slopes(name, &self.scene, slopes)?,
+                Law::Byorp(push) => push.slopes(&self.scene, slopes),
+                Law::Function(_) => {
+                    let expected = "a system without it: a function does not tell its derivatives";
+                    return Err(Error::invalid("derivatives", format!("of the function {name}"), expected));
+                }
             }
         }
         Ok(())

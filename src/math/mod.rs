@@ -4,6 +4,7 @@
 
 pub mod carlson;
 pub mod compensated;
+pub mod dual;
 pub mod harmonics;
 pub mod lanes;
 pub mod logarithm;

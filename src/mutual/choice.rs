@@ -54,7 +54,9 @@ impl Pair {
             order,
             degree: memory.degree as usize,
             carrier,
+            points: nodes.len(),
             nodes,
+            begins: Vec::new(),
             kernel,
             valid_from: memory.valid_from,
         });
@@ -232,17 +234,7 @@ impl Pair {
     }
 
     fn order(&self, integrated: usize, degrees: [usize; 2]) -> Order {
-        self.order_for(self.carriers[integrated], degrees)
-    }
-
-    /// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
-    pub(super) fn order_for(&self, carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
-        match carrier {
-            Carrier::Pressures => Order::surface(degree),
-            // The density is of degree 2, the field's moments are by one higher than the potential's.
-            Carrier::Surface(_) => Order::surface(degree + 3),
-            _ => Order::focal([degree, radial]),
-        }
+        order_for(self.carriers[integrated], degrees)
     }
 
     /// Puts the rule in force that is exact to one degree in all directions.
@@ -279,7 +271,9 @@ impl Pair {
         let everywhere = nodes.len() == 1 && field.focal_axes()[0] == 0.0 && field.polyhedron().is_none();
         let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
         let kernel = self.kernel_of(integrated, valid_from, patience)?;
-        self.rule = Some(Rule { integrated, order, degree, carrier, nodes, kernel, valid_from });
+        let (points, begins) = (nodes.len(), Vec::new());
+        self.rule =
+            Some(Rule { integrated, order, degree, carrier, nodes, points, begins, kernel, valid_from });
         Ok(())
     }
 
@@ -315,5 +309,15 @@ impl Pair {
             (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
             (cut, _) => Kernel::Far(cut.unwrap_or_default()),
         }
+    }
+}
+
+/// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
+pub(super) fn order_for(carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
+    match carrier {
+        Carrier::Pressures => Order::surface(degree),
+        // The density is of degree 2, the field's moments are by one higher than the potential's.
+        Carrier::Surface(_) => Order::surface(degree + 3),
+        _ => Order::focal([degree, radial]),
     }
 }

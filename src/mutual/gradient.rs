@@ -99,7 +99,7 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
         let [u, v, w] = &self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let place = Place::new(simd, &self.origin, &self.axes);
+        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
         let differences = self.kernel.square_differences();
         let zero = Total::zero(simd);
         let (mut force, mut moments, mut torque) = ([zero; 3], [[zero; 3]; D], [zero; 3]);
@@ -132,6 +132,7 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
                     gradients[m][i].add_product(share[m], gradient[i]);
                 }
             }
+            let turning = field.turning(x, (n, f), differences);
             for i in 0..3 {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let pull = x[i] * field.rd[i];
@@ -139,15 +140,10 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
                 for m in 0..D {
                     moments[m][i].add_product(share[1 + m], pull);
                 }
-                let turning = x[k] * field.rd_difference[i];
-                torque[i].add_product(weight * x[j], turning);
-                let common = fn_[j] * n[k] * field.rd[0].constant(differences[i]);
-                let mut row = [common * n[0], common * n[1], common * n[2]];
-                row[j] = row[j] + turning;
-                row[k] = row[k] + x[j] * field.rd_difference[i];
+                torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
                 for m in 0..=D {
                     for c in 0..3 {
-                        turnings[m][3 * i + c].add_product(share[m], row[c]);
+                        turnings[m][3 * i + c].add_product(share[m], turning[i][c]);
                     }
                 }
             }

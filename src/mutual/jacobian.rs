@@ -1,9 +1,10 @@
 //! The derivatives of a pair's force and torques with respect to its pose.
 
+use super::choice::order_for;
 use super::gradient::{Slopes, slopes};
 use super::rule::{GradientNodes, Kernel, Rule};
 use super::store::Carrier;
-use super::{BodyGravity, Interaction, Method, Pair, Pose, Roles};
+use super::{Balance, BodyGravity, Interaction, Method, Pair, Pose, Roles};
 use crate::error::{Error, Result};
 use crate::gravity::FieldKernel;
 use crate::math::Mat3;
@@ -60,9 +61,8 @@ impl Jacobian {
         let of_field = &field.canonical;
         let of_set = &times(&roles.turn, &set.canonical);
         let to_inertial = &times_transposed(rotation, of_field);
-        let torque_set = turned_back(of_set, &s.balance.torque);
-        let torque_field = turned_back(of_field, &s.balance.torque_field);
-        let force = turned(to_inertial, &s.balance.force) * sign;
+        let loads = in_bodies(&s.balance, integrated, pose, roles, [field, set]);
+        let torque_set = if integrated == 0 { loads.torque_first } else { loads.torque_second };
         // The place is the separation for the second body in the field of the first, minus the separation otherwise.
         let by_separation = |slope: &Mat3| times_transposed(slope, to_inertial) * -sign;
         let set_by_separation = transposed_times(of_set, &by_separation(&s.force_by_turn.transpose()));
@@ -76,10 +76,8 @@ impl Jacobian {
         let field_by_field = transposed_times(of_field, &times(&back, of_field));
         let force_by_separation = -times_transposed(&times(to_inertial, &s.force_by_place), to_inertial);
         let in_order = |set, field| if integrated == 0 { [set, field] } else { [field, set] };
-        let [torque_first, torque_second] =
-            if integrated == 0 { [torque_set, torque_field] } else { [torque_field, torque_set] };
         Self {
-            loads: Interaction { force_on_first: force, torque_first, torque_second },
+            loads,
             force_by_separation,
             torque_by_separation: in_order(set_by_separation, field_by_separation),
             torque_by_rotation: in_order(set_by_set, field_by_field),
@@ -115,6 +113,31 @@ impl Jacobian {
     }
 }
 
+/// Loads in the field body's canonical frame as those of the first and the second body.
+pub(super) fn in_bodies(
+    balance: &Balance,
+    integrated: usize,
+    pose: &Pose,
+    roles: &Roles,
+    [field, set]: [&BodyGravity; 2],
+) -> Interaction {
+    let force = turned_back(&field.canonical, &balance.force);
+    let torque_field = turned_back(&field.canonical, &balance.torque_field);
+    let torque_set = turned_back(&set.canonical, &turned_back(&roles.turn, &balance.torque));
+    match integrated {
+        0 => Interaction {
+            force_on_first: turned(&pose.rotation_second, &force),
+            torque_first: torque_set,
+            torque_second: torque_field,
+        },
+        _ => Interaction {
+            force_on_first: -turned(&pose.rotation_first, &force),
+            torque_first: torque_field,
+            torque_second: torque_set,
+        },
+    }
+}
+
 impl Pair {
     /// Chooses the nodes for [`Self::jacobian`] with the rule in force. May allocate: call it after [`Self::prepare`].
     ///
@@ -139,9 +162,13 @@ impl Pair {
             Carrier::Pressures => Carrier::Surface(set.semi_axes()),
             other => other,
         };
-        let order = self.order_for(carrier, [degree; 2]);
-        let nodes = self.nodes.get(order, carrier, set, self.arch, patience)?;
-        self.gradient_nodes = Some(GradientNodes { integrated, degree, carrier, nodes });
+        // Semi-axes act by the focal ellipse.
+        let flat = if set.focal_axes()[0] > 0.0 { Carrier::FocalEllipse } else { Carrier::Centre };
+        let mut nodes = |carrier| {
+            let nodes = self.nodes.get(order_for(carrier, [degree; 2]), carrier, set, self.arch, patience)?;
+            Ok(Some(GradientNodes { integrated, degree, carrier, nodes }))
+        };
+        (self.gradient_nodes, self.axis_nodes) = (nodes(carrier)?, nodes(flat)?);
         Ok(())
     }
 

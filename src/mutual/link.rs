@@ -1,6 +1,6 @@
 //! A part of one body and a part of another: their pair, with lever arms.
 
-use super::{BodyGravity, Interaction, Jacobian, Method, Pair, Pose, Store};
+use super::{AxisSlopes, BodyGravity, Interaction, Jacobian, Method, Pair, Pose, Store};
 use crate::error::Result;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
@@ -162,6 +162,17 @@ impl Link {
         }
     }
 
+    /// The share of this link in the derivatives of the bodies' loads by the semi-axes of its parts.
+    pub fn axis_slopes(&self, pose: &Pose) -> AxisSlopes {
+        match &self.arms {
+            None => self.pair.axis_slopes(pose),
+            Some(arms) => self
+                .pair
+                .axis_slopes(&arms.pose(pose))
+                .map(|body| body.map(|loads| arms.about_centres(pose, loads))),
+        }
+    }
+
     /// The pair of two ordinary bodies, whose interaction is this.
     #[inline]
     pub fn ordinary(&self) -> Option<&Pair> {
@@ -181,7 +192,12 @@ impl Link {
         self.potential_energy_of(pose, Pair::ALL)
     }
 
-    /// The share of a piece of [`Pair::pieces`].
+    /// As [`Pair::energy_pieces`].
+    pub fn energy_pieces(&self, pose: &Pose, patience: &mut Patience) -> Result<Vec<Range<usize>>> {
+        self.pair.energy_pieces(&self.pose(pose), patience)
+    }
+
+    /// The share of a piece of [`Self::energy_pieces`].
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         match &self.arms {
             None => self.pair.potential_energy_of(pose, nodes),

@@ -9,6 +9,7 @@
 //! their places in the bodies. Each has its own rule.
 
 mod attractor;
+mod axes;
 mod choice;
 mod derivatives;
 mod expansion;
@@ -27,6 +28,7 @@ mod store;
 mod surface;
 
 pub use attractor::BodyGravity;
+pub use axes::AxisSlopes;
 pub use jacobian::Jacobian;
 pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;

@@ -5,6 +5,7 @@
 //! Functions G_k and the solution as in Rein & Tamayo (2015), MNRAS 452, 376.
 
 use crate::math::Vec3;
+use std::f64::consts::TAU;
 
 /// Changes of position and velocity over a time on the orbit through them; `None` where doubles overflow or the iteration
 /// does not end.
@@ -13,10 +14,11 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         return Some((velocity * time, Vec3::zeros()));
     }
     let r0 = position.norm();
+    let inverse = 1.0 / r0;
     let eta = position.dot(velocity);
-    let beta = 2.0 * mu / r0 - velocity.norm_squared();
+    let beta = 2.0 * mu * inverse - velocity.norm_squared();
     let time = if beta > 0.0 {
-        let period = 2.0 * std::f64::consts::PI * mu / (beta * beta.sqrt());
+        let period = TAU * mu / (beta * beta.sqrt());
         if time.abs() > period { time % period } else { time }
     } else {
         time
@@ -24,9 +26,9 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     // r0 s + eta0 G2 + zeta0 G3 = t rises with s, since its derivative is the distance.
     let zeta = mu - beta * r0;
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let slope = time / r0;
+    let slope = time * inverse;
     // The first three terms of its inverse.
-    let (a, b) = (0.5 * eta / r0 * slope, zeta / (6.0 * r0) * slope * slope);
+    let (a, b) = (0.5 * eta * inverse * slope, zeta * inverse * slope * slope / 6.0);
     let mut s = slope * (1.0 - a + (2.0 * a * a - b)).clamp(0.5, 1.5);
     let mut last_change = f64::INFINITY;
     for _ in 0..200 {
@@ -40,9 +42,9 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         }
         // Danby's step of fourth order, by the derivatives of the distance.
         let (second, third) = (eta * g[0] + zeta * g[1], zeta * g[0] - beta * eta * g[1]);
-        let first = -residual / r;
-        let halley = -residual / (r + 0.5 * first * second);
-        let step = -residual / (r + 0.5 * halley * second + halley * halley * third / 6.0);
+        let newton = -residual / r;
+        let halley = -residual / (r + 0.5 * newton * second);
+        let step = -residual / (r + halley * (0.5 * second + halley * third / 6.0));
         let danby = s + step;
         let inside = danby > low && danby < high && danby.is_finite();
         let next = if inside {
@@ -61,11 +63,12 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         if small || change <= f64::EPSILON * s.abs() || (change >= last_change && change <= 1e-12 * s.abs()) {
             let g = functions(beta, s);
             let r = r0 + eta * g[1] + zeta * g[2];
-            let (f, fdot) = (-mu * g[2] / r0, -mu * g[1] / (r0 * r));
-            let (g_time, gdot) = (r0 * g[1] + eta * g[2], -mu * g[2] / r);
+            let there = mu / r;
+            let (f, fdot) = (-mu * inverse * g[2], -there * inverse * g[1]);
+            let (g_time, gdot) = (r0 * g[1] + eta * g[2], -there * g[2]);
             let position_change = f * position + g_time * velocity;
             let velocity_change = fdot * position + gdot * velocity;
-            let finite = position_change.norm().is_finite() && velocity_change.norm().is_finite();
+            let finite = position_change.iter().chain(&velocity_change).all(|x| x.is_finite());
             return finite.then_some((position_change, velocity_change));
         }
         last_change = change;

@@ -27,6 +27,8 @@ struct Occulter {
     rotation: Mat3,
     semi_axes: Vec3,
     radius: f64,
+    /// Of the sphere inside it.
+    inner: f64,
 }
 
 /// The cone of directions that an ellipsoid hides, in the coordinates (1, u, w) of the disc.
@@ -36,6 +38,13 @@ struct Cone {
     q: Mat3,
     /// d.Ap as a row.
     towards: Vec3,
+}
+
+/// Which directions to the disc an ellipsoid hides.
+enum Hidden {
+    Nothing,
+    Everything,
+    Within(Cone),
 }
 
 impl Occulter {
@@ -51,22 +60,27 @@ impl Occulter {
                 }
             };
             let (position, rotation) = (part.position(), part.rotation());
-            Some(Self { body: index, position, rotation, semi_axes, radius: semi_axes.max() })
+            let (radius, inner) = (semi_axes.max(), semi_axes.min());
+            Some(Self { body: index, position, rotation, semi_axes, radius, inner })
         };
         body.outer_parts().filter_map(part).collect()
     }
 
-    /// The cone, where it may come near the disc. `r` is the particle from the body's centre, `s` the direction to the source's
-    /// centre, inertial.
-    fn cone(&self, turn: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Option<Cone> {
+    /// What it hides. `r` is the particle from the body's centre, `s` the direction to the source's centre, inertial.
+    fn hides(&self, turn: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
         let p = r - turned(turn, &self.position);
         let ahead = -p.dot(s);
         if ahead < -self.radius {
-            return None;
+            return Hidden::Nothing;
         }
+        let aside = (p + s * ahead).norm_squared();
         let reach = self.radius + tau * (ahead + self.radius);
-        if (p + s * ahead).norm_squared() > reach * reach * (1.0 + tau * tau) {
-            return None;
+        if aside > reach * reach * (1.0 + tau * tau) {
+            return Hidden::Nothing;
+        }
+        // No ray to the disc is farther from the centre there than this.
+        if ahead > 0.0 && aside.sqrt() + tau * ahead < self.inner {
+            return Hidden::Everything;
         }
         let own =
             |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
@@ -76,7 +90,7 @@ impl Occulter {
         let height = (p.norm_squared() - 1.0).max(f64::EPSILON);
         let towards = directions.tr_mul(&p);
         let q = towards * towards.transpose() - directions.tr_mul(&directions) * height;
-        Some(Cone { q, towards })
+        Hidden::Within(Cone { q, towards })
     }
 }
 
@@ -108,14 +122,6 @@ impl Cone {
         } else {
             Some([f64::NEG_INFINITY, low])
         }
-    }
-
-    /// Whether the whole disc is hidden, by bounds that cost little.
-    fn hides_all(&self) -> bool {
-        let (q, t) = (&self.q, &self.towards);
-        let slope = 2.0 * q[(0, 1)].hypot(q[(0, 2)]);
-        let bend = q[(1, 1)].abs().max(q[(2, 2)].abs()) + q[(1, 2)].abs();
-        q[(0, 0)] > slope + bend && t[0] + t[1].hypot(t[2]) < 0.0
     }
 
     /// Places in u where an end of the interval changes its kind.
@@ -216,24 +222,29 @@ impl Disc {
         self.cones.clear();
         for occulter in &self.occulters {
             let (turn, r) = place(occulter.body);
-            self.cones.extend(occulter.cone(&turn, &r, &s, [&first, &second], tau));
+            match occulter.hides(&turn, &r, &s, [&first, &second], tau) {
+                Hidden::Nothing => {}
+                Hidden::Everything => return 0.0,
+                Hidden::Within(cone) => self.cones.push(cone),
+            }
         }
         if self.cones.is_empty() {
             return 1.0;
         }
-        if self.cones.iter().any(Cone::hides_all) {
-            return 0.0;
-        }
-        if tau == 0.0 {
-            let hidden = self.cones.iter().any(|cone| cone.towards[0] < 0.0 && cone.q(0.0, 0.0) >= 0.0);
-            return if hidden { 0.0 } else { 1.0 };
-        }
         let Self { rule, cones, breaks, intervals, .. } = self;
         breaks.clear();
         breaks.extend([-1.0, 1.0]);
-        cones.iter().for_each(|cone| cone.breaks(breaks));
-        breaks.retain(|u| (-1.0..=1.0).contains(u));
-        breaks.sort_unstable_by(f64::total_cmp);
+        if tau > 0.0 {
+            cones.iter().for_each(|cone| cone.breaks(breaks));
+            breaks.retain(|u| (-1.0..=1.0).contains(u));
+            breaks.sort_unstable_by(f64::total_cmp);
+            breaks.dedup();
+        }
+        if breaks.len() == 2 {
+            // Of a disc that no cone begins, ends or is cut in, each hides all or nothing.
+            let hidden = cones.iter().any(|cone| cone.towards[0] < 0.0 && cone.q(0.0, 0.0) >= 0.0);
+            return if hidden { 0.0 } else { 1.0 };
+        }
         let mut hidden = 0.0;
         for pair in breaks.windows(2) {
             let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));

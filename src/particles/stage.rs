@@ -206,7 +206,7 @@ impl WithSimd for Combination<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for block in 0..Lanes::<S>::PER_BLOCK {
-            let size = Lanes::load(simd, self.size, block);
+            let size: Lanes<S> = Lanes::load(simd, self.size, block);
             for c in 0..6 {
                 let zero = Lanes::splat(simd, 0.0);
                 let (mut sum, mut tail) = (zero, zero);

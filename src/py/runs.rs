@@ -170,7 +170,8 @@ impl PySimulation {
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = output.into();
         let bodies = self.inner.system().bodies();
-        let parameter = |name: &String| Parameter::named(name, bodies);
+        let method = self.inner.system().settings().gravity;
+        let parameter = |name: &String| Parameter::named(name, bodies)?.check(bodies, method);
         let derivatives: Option<Vec<_>> = match &derivatives {
             Some(names) => Some(names.iter().map(parameter).collect::<Result<_, _>>()?),
             None => None,

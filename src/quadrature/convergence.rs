@@ -94,14 +94,19 @@ pub fn focal_degrees(
     let h = (centre.xy().norm() - other_focal).max(0.0) / p;
     let v = (centre.z.abs() - other_focal).max(0.0) / p;
     let beyond = h * h - v * v - 1.0;
-    let sinh = if beyond > 0.0 { v.hypot(beyond / (2.0 * h)) } else { v };
-    let degree = degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0, 1)?;
+    let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
+    let degree = degree_for(sinh + length(1.0, sinh), tolerance, 1.0, 1)?;
     // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no more
     // than the point moves.
     let (h, v) = (centre.xy().norm() / p, centre.z / p);
-    let semi_major = (0.5 * ((h + 1.0).hypot(v) + (h - 1.0).hypot(v)) - other_focal / p).max(1.0);
+    let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
     let radial = degree_for(semi_major + (semi_major * semi_major - 1.0).sqrt(), tolerance, 0.0, 0)?;
     Some([degree, radial.min(degree)])
+}
+
+/// Numbers near one do not overflow, and `hypot` takes as long as the rest.
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// The degree of a body's layer in the field of another one, whose potential falls by this rate from degree to degree in the
@@ -156,8 +161,26 @@ pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3
 }
 
 fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
-    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    let square = |v: f64| -> Lanes<Scalar> { Lanes::splat(Scalar, v * v) };
     crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
+}
+
+/// A bound from below of the distance of a point from an ellipsoid's focal ellipse, where its exterior potential is singular; all
+/// in the canonical frame.
+///
+/// It is the distance of two parallel planes, of which one holds the point and the other one touches the ellipse: nearly across the
+/// normal of the confocal ellipsoid through the point. A point within the ellipsoid, where its potential is another one, counts as
+/// on the surface.
+pub fn focal_distance(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
+    let [p, q] = ellipsoid.focal_axes();
+    let squares = Vec3::from(ellipsoid.sorted().map(|a| a * a));
+    let x2 = x.component_mul(x);
+    // Where Newton's iteration for the confocal coordinate begins.
+    let kappa = (x2.sum() - x2.dot(&squares) / x2.sum()).max(0.0);
+    let normal = x.component_div(&squares.add_scalar(kappa));
+    let reach = (p * normal.x).hypot(q * normal.y);
+    let surface = normal.component_mul(&normal).dot(&squares).sqrt();
+    (x.dot(&normal).max(surface) - reach) / normal.norm()
 }
 
 /// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.

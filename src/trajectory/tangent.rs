@@ -44,10 +44,10 @@ impl Tangent {
                 equations.prepare_variations(step.time, patience)?;
                 let variations = &mut self.variations;
                 let arch = equations.system().arch();
-                self.linear.step(step.size, true, |stage, _, columns, rates| {
+                self.linear.step(step.size, true, |stage, fraction, columns, rates| {
                     patience.spend(variations.work(equations), step.time)?;
                     step.stage(stage, y);
-                    variations.look(equations, y);
+                    variations.look(equations, step.time + fraction * step.size, y)?;
                     variations.rates(arch, columns, rates);
                     Ok(())
                 })?;
@@ -107,7 +107,7 @@ impl Tangent {
             let at = start + fraction * size;
             let piece = piece_at(pieces, at, size >= 0.0);
             piece.at(piece.fraction(at), y);
-            variations.look(equations, y);
+            variations.look(equations, at, y)?;
             variations.rates(arch, columns, rates);
             Ok(())
         })?;
