@@ -83,7 +83,9 @@ def main():
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         flight, clock, cpu = timed(lambda: system.fly(state, fullbody.Particles(x, v), 2.0))
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        print(f"{flight}: {clock:.1f} s, processor {cpu:.1f} s, {most / 2**20:.2f} GiB at most, {before / 2**20:.2f} before")
+        print(
+            f"{flight}: {clock:.1f} s, processor {cpu:.1f} s, {most / 2**20:.2f} GiB at most, {before / 2**20:.2f} before"
+        )
 
 
 if __name__ == "__main__":

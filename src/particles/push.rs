@@ -396,7 +396,13 @@ impl<'a, 'b> Batch<'a, 'b> {
 
     /// How strongly a particle at rest on a body is pushed outwards along the normal, relative to the surface, at the times of a
     /// block.
-    fn pushes(&mut self, index: usize, body: usize, (place, normal): (&Vec3, &Vec3), times: Block) -> Result<Block> {
+    fn pushes(
+        &mut self,
+        index: usize,
+        body: usize,
+        (place, normal): (&Vec3, &Vec3),
+        times: Block,
+    ) -> Result<Block> {
         let course = self.flying.world.course;
         let probe = &mut self.probe;
         probe.time = times;
