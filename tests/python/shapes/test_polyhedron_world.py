@@ -166,6 +166,7 @@ def test_runs_toml_and_archives_keep_polyhedra(tmp_path):
     simulation.save(tmp_path / "simulation")
     resumed = fullbody.Simulation.load(tmp_path / "simulation")
     assert resumed.system == system
+    assert resumed.quadrature == simulation.quadrature
     assert np.array_equal(resumed.integrate(1.0).position, simulation.integrate(1.0).position)
     write(tmp_path / "a.tab", solid, "tab")
     mesh = f"{{ vertices = {box(1.0, 1.0, 1.0).vertices.tolist()}, faces = {CUBE.tolist()} }}"
