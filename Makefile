@@ -26,7 +26,8 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check fmt docs bench fuzz \
+.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check \
+	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
 help:  ## this list
@@ -110,13 +111,16 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
+millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; goes on where it was cut short
+	$(BIN)/python -m fullbody millennia --out out/millennia
+
 fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; goes on where it was cut short
 	$(BIN)/python -m reproduction.ho2022 --out out/fission
 
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, polyhedra; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, gravity at many points, polyhedra; collisions missed; a sweep killed twenty times
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -124,6 +128,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/brouwer.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
+	$(BIN)/python benches/gravity.py
 	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py

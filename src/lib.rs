@@ -17,6 +17,7 @@
 //! - [`dynamics`]: state, equations of motion, invariants.
 //! - [`integrate`]: integrators of ordinary differential equations; no physics.
 //! - [`trajectory`]: a system on its way: stepping, events, archive, record.
+//! - [`particles`]: massless particles among moving bodies: flight, impacts, fates.
 //! - [`ensemble`]: many simulations over cores.
 //! - `py`: the Python bindings, no mathematics.
 
@@ -35,6 +36,7 @@ pub mod environment;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;
+pub mod particles;
 pub mod ensemble;
 #[cfg(feature = "python")]
 mod py;

@@ -11,7 +11,7 @@ Examples
 
 import typing as _typing
 
-from . import ensembles, events, forces, frames, observables, systems
+from . import ensembles, events, forces, frames, observables, particles, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
@@ -31,6 +31,7 @@ from .errors import (
 )
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
@@ -38,7 +39,7 @@ from .model.state import State
 from .motion.loading import load
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
-from .peers import from_rebound, read_gubas, read_sians, to_rebound
+from .particles import Flight, Particles
 from .record.dense import Dense, Samples
 from .record.integrators import (
     DormandPrince54,
@@ -56,7 +57,8 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import plots, spice, view
+    from . import analysis, fields, plots, spice, view
+    from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
 else:
@@ -64,11 +66,13 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn or handed on.
-        if name in ("plots", "spice", "view"):
-            from importlib import import_module
+        # Not every run is drawn, analysed or handed on.
+        from importlib import import_module
 
+        if name in ("analysis", "fields", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
+        if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
+            return getattr(import_module(".peers", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -85,8 +89,10 @@ __all__ = [
     "DormandPrince54",
     "Ellipsoid",
     "Energy",
+    "Flight",
     "ForceFailed",
     "FullbodyError",
+    "Gravity",
     "InconsistentInput",
     "Interactions",
     "Interrupted",
@@ -97,6 +103,7 @@ __all__ = [
     "Loads",
     "NotConverged",
     "Part",
+    "Particles",
     "PointMass",
     "Polyhedron",
     "PrecisionWarning",
@@ -118,15 +125,18 @@ __all__ = [
     "Verner98",
     "WorkingFrame",
     "__version__",
+    "analysis",
     "binary",
     "ensembles",
     "events",
+    "fields",
     "forces",
     "frames",
     "from_rebound",
     "integrate_many",
     "load",
     "observables",
+    "particles",
     "plots",
     "read_gubas",
     "read_sians",

@@ -36,7 +36,7 @@ pub struct Dynamics {
     torque: Vec<Vec3>,
     /// Where the barycentre nominally is.
     frame: BarycentricFrame,
-    outside: Environment,
+    pub(super) outside: Environment,
     /// 1 over the mass of each body, and of all.
     inverse_mass: Vec<f64>,
     inverse_total: f64,
@@ -359,7 +359,7 @@ impl Dynamics {
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
         }
-        if rate[..layout.dependent()].iter().all(|r| r.is_finite()) {
+        if rate[..layout.dependent()].iter().fold(true, |finite, r| finite & r.is_finite()) {
             Ok(())
         } else {
             Err(Rejected::NotFinite)
@@ -386,12 +386,12 @@ impl Dynamics {
         self.turn(y);
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
-            let pieces = link.pair.pieces();
+            let pose = self.pose(y, *i, *j);
+            let pieces = link.energy_pieces(&pose, patience)?;
             let work = LINK + link.pair.work() / pieces.len() as u64;
             for nodes in pieces {
                 patience.spend(work, time)?;
-                potential +=
-                    self.system.strength(*i, *j) * link.potential_energy_of(&self.pose(y, *i, *j), nodes);
+                potential += self.system.strength(*i, *j) * link.potential_energy_of(&pose, nodes);
             }
         }
         let translational =
@@ -411,12 +411,12 @@ impl Dynamics {
     }
 
     /// Shows a vector whose rotations are known to the forces from outside.
-    fn show(&mut self, time: f64, y: &[f64]) {
+    pub(super) fn show(&mut self, time: f64, y: &[f64]) {
         let attitudes = self.outside.wants_attitudes();
         self.frame.show(time, y, attitudes, &mut self.outside.scene);
     }
 
-    fn turn(&mut self, y: &[f64]) {
+    pub(super) fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             let a = self.layout.attitude(body);
             self.outside.scene.bodies[body].rotation = match self.layout.chart {
@@ -427,7 +427,7 @@ impl Dynamics {
     }
 
     #[inline(always)]
-    fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
+    pub(super) fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
             rotation_first: self.outside.scene.bodies[i].rotation,

@@ -4,21 +4,28 @@
 //! paper's: Newton's for the centres, Euler's (`eq:DiffEq_phidott` to `eq:DiffEq_psidott`) in the body frames, and either
 //! quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to `eq:DiffEq_psi`) for the attitudes.
 
+mod departure;
 mod equations;
 mod invariants;
 mod layout;
+mod parameter;
 mod rejected;
 mod rotor;
+mod slope;
 mod splitting;
 mod state;
 mod system;
+mod variations;
 mod vector;
 
+pub use departure::DEPARTURE;
 pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};
 pub use layout::{AttitudeChart, BarycentricFrame, Layout};
+pub use parameter::Parameter;
 pub use rejected::Rejected;
-pub use rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
+pub use rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};
+pub use variations::Variations;

@@ -66,7 +66,8 @@ impl Member {
             1.0 => ControlFlow::Continue(()),
             part => hook(part),
         };
-        let run = Run { output: &self.output, events: &mut self.events, dense: self.dense };
+        let run =
+            Run { output: &self.output, events: &mut self.events, dense: self.dense, derivatives: None };
         let error = simulation.run(self.until, run, &mut record, &mut inside).err();
         let (statistics, time) = (simulation.statistics(), simulation.time());
         Some(Ok(Ran { record, statistics, time, error }))

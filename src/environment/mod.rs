@@ -10,16 +10,20 @@
 
 mod force;
 mod function;
+mod point;
 mod radiation;
 mod scene;
+mod slopes;
 mod terms;
 mod third_body;
 mod tide;
 
 pub use force::Force;
 pub use function::{Call, ForceFunction, Function};
+pub use point::PointPull;
 pub use radiation::{Byorp, Yorp};
 pub use scene::{Load, Scene, Switch};
+pub use slopes::{LoadSlopes, Triple};
 pub use terms::{BOOK, Environment};
 pub use third_body::{Path, ThirdBody, WhoseOrbit};
 pub use tide::Tide;

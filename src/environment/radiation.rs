@@ -5,12 +5,17 @@
 //! Icarus 209, 494, for the force along the secondary's motion.
 
 use super::scene::{Load, Scene, Switch, place_to_turn, two_places};
+use super::{LoadSlopes, Triple};
 use crate::error::{Error, Result, require_finite};
-use crate::math::Vec3;
+use crate::math::matrix::times_cross;
 use crate::math::rotation::turned_back;
 use crate::math::spline::Spline;
+use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
+
+/// Sine of the angle between spin and pole below which they count as parallel.
+const PARALLEL: f64 = 1e-9;
 
 /// The mean torque of radiation on a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -136,6 +141,49 @@ impl Turning {
     }
 }
 
+impl Turning {
+    /// The derivatives of the torque in the body frame, M = A a + B u: a along the spin w, k the pole there, c = a.k, s = |a x k|,
+    /// u = (c a - k) / s and A, B functions of the obliquity.
+    pub fn slopes(&self, name: &str, scene: &Scene, slopes: &mut LoadSlopes) -> Result<()> {
+        let body = &scene.bodies[self.on];
+        let spin = body.spin.norm();
+        if spin == 0.0 {
+            return Ok(());
+        }
+        let (a, k) = (body.spin / spin, turned_back(&body.rotation, &self.pole));
+        let (cosine, sine) = (a.dot(&k), a.cross(&k).norm());
+        let ([along, across], [along_rate, across_rate]) = match &self.torque {
+            Torque::Constant(torque) => (*torque, [0.0; 2]),
+            Torque::Table(spline) => spline.at(sine.atan2(cosine)),
+        };
+        let aside = [across, along_rate, across_rate] != [0.0; 3];
+        if aside && sine < PARALLEL {
+            let expected =
+                "a spin that is not parallel to the pole, where the torque across it has no direction";
+            return Err(Error::invalid(
+                format!("derivatives of the force {name}"),
+                format!("sine {sine:e}"),
+                expected,
+            ));
+        }
+        let (across, u, inverse) = if aside {
+            (across / sine, (a * cosine - k) / sine, 1.0 / sine)
+        } else {
+            (0.0, Vec3::zeros(), 0.0)
+        };
+        // Of a change of c alone, with a change of the obliquity of -dc/s.
+        let by_cosine =
+            a * across - (a * along_rate + u * across_rate) * inverse + u * (across * cosine * inverse);
+        let one = Mat3::identity();
+        let by_axis = one * (along + across * cosine) + by_cosine * k.transpose();
+        let by_pole = by_cosine * a.transpose() - one * across;
+        let turn = Triple::turn(self.on);
+        slopes.add_by_motion(turn, turn, &(by_axis * (one - a * a.transpose())), 1.0 / spin);
+        slopes.add(turn, turn, &times_cross(&by_pole, &k), 1.0);
+        Ok(())
+    }
+}
+
 /// The mean force of radiation on a synchronous secondary.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -230,5 +278,26 @@ impl Pushing {
         let length = (momentum.norm_squared() * r.norm_squared()).sqrt();
         let acts = self.state.on && length > 0.0;
         loads[self.on].force = forwards * if acts { self.force / length } else { 0.0 };
+    }
+
+    /// The derivatives of the force f t, with t along w = v - r (r.v) / r^2.
+    pub fn slopes(&self, scene: &Scene, slopes: &mut LoadSlopes) {
+        let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
+        let square = r.norm_squared();
+        let rate = r.dot(&v) / square;
+        let across = v - r * rate;
+        let length = across.norm();
+        if !self.state.on || length == 0.0 {
+            return;
+        }
+        let t = across / length;
+        let one = Mat3::identity();
+        let projected = (one - t * t.transpose()) * (self.force / length);
+        let by_velocity = projected * (one - r * r.transpose() / square);
+        let by_place = projected * -(one * rate + r * (v - r * (2.0 * rate)).transpose() / square);
+        for (body, sign) in [(self.on, 1.0), (self.about, -1.0)] {
+            slopes.add(Triple::centre(self.on), Triple::centre(body), &by_place, sign);
+            slopes.add_by_motion(Triple::centre(self.on), Triple::centre(body), &by_velocity, sign);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The forces of a system as terms of a sum, and their books.
 
-use super::{Force, Load, Scene, Switch, function, radiation, third_body, tide};
+use super::{Force, Load, LoadSlopes, PointPull, Scene, Switch, function, radiation, third_body, tide};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
@@ -143,6 +143,23 @@ impl Environment {
         Ok(())
     }
 
+    /// Adds the derivatives of the loads that [`Self::load`] has computed last. Allocates nothing.
+    pub fn slopes(&mut self, slopes: &mut LoadSlopes) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
+            match law {
+                Law::ThirdBody(pull) => pull.slopes(name, &self.scene, slopes)?,
+                Law::Tide(tide) => tide.slopes(&self.scene, slopes),
+                Law::Yorp(turn) => turn.slopes(name, &self.scene, slopes)?,
+                Law::Byorp(push) => push.slopes(&self.scene, slopes),
+                Law::Function(_) => {
+                    let expected = "a system without it: a function does not tell its derivatives";
+                    return Err(Error::invalid("derivatives", format!("of the function {name}"), expected));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Power, force and torque about the origin that a force has of the whole system, for velocities relative to the nominal
     /// barycentre and spins that may differ from the scene's.
     #[inline]
@@ -165,6 +182,15 @@ impl Environment {
         power += total.dot(&scene.origin_velocity);
         moment += scene.origin.cross(&total);
         *out = [power, total.x, total.y, total.z, moment.x, moment.y, moment.z];
+    }
+
+    /// The third bodies, as points among the system's bodies feel them.
+    pub fn on_points(&self) -> Vec<PointPull> {
+        let of = |term: &Term| match &term.law {
+            Law::ThirdBody(pull) => Some(PointPull::new(&term.name, pull)),
+            _ => None,
+        };
+        self.terms.iter().filter_map(of).collect()
     }
 
     /// Position and velocity of a third body from the nominal barycentre at a time.

@@ -9,10 +9,11 @@
 //! equal accelerations without their cancellation. On a body with extent the third body acts as the body's own exact field
 //! says, by the third law.
 
-use super::{Load, Scene};
+use super::{Load, LoadSlopes, Scene, Triple};
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::gravity::BodyPull;
+use crate::gravity::{BodyPull, slopes_of_point};
 use crate::math::Vec3;
+use crate::math::matrix::{times, times_cross, times_transposed};
 use crate::math::rotation::{turned, turned_back};
 use crate::math::spline::Spline;
 use crate::orbit::{KeplerElements, OrbitCells, OrbitPath, Place};
@@ -101,7 +102,7 @@ enum Motion {
 /// A third body ready for computing.
 #[derive(Debug, Clone)]
 pub(super) struct Pull {
-    mu: f64,
+    pub mu: f64,
     sign: f64,
     motion: Motion,
     /// The largest radius of a body.
@@ -140,7 +141,7 @@ impl Pull {
 
     /// The position alone, quickly.
     #[inline]
-    fn position(&mut self, time: f64) -> Result<Place> {
+    pub fn position(&mut self, time: f64) -> Result<Place> {
         let place = match &mut self.motion {
             Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch)?,
             Motion::Table(spline) => Place::from(Vec3::from(spline.at(time).0)),
@@ -228,19 +229,47 @@ impl Pull {
     }
 }
 
+impl Pull {
+    /// The derivatives of the loads, from the slopes of every body's own field at the third body. The force on a body is
+    /// F = -mu m R g(x) at x = R^T (p - r), its torque mu m n(x) with n = -x cross g, and dF/dtheta is dn/dr transposed, as both are
+    /// derivatives of one potential.
+    pub fn slopes(&mut self, name: &str, scene: &Scene, slopes: &mut LoadSlopes) -> Result<()> {
+        let Place { position: p, .. } = self.position(scene.time)?;
+        for (index, (at, body)) in scene.bodies.iter().zip(&mut self.bodies).enumerate() {
+            let strength = self.mu * body.mass;
+            let x = turned_back(&at.rotation, &(p - at.position));
+            let (gradient, turning) = match &mut body.extended {
+                None => slopes_of_point(&x),
+                Some(extended) => extended.slopes(&x).ok_or_else(|| {
+                    let found = format!("of the force {name} on {}, a polyhedron", body.name);
+                    Error::invalid("derivatives", found, "ellipsoids, composites of them, and points")
+                })?,
+            };
+            let (centre, turn) = (Triple::centre(index), Triple::turn(index));
+            let inertial = times_transposed(&times(&at.rotation, &gradient), &at.rotation);
+            slopes.add(centre, centre, &inertial, strength);
+            let by_place = -times_transposed(&turning, &at.rotation);
+            slopes.add(turn, centre, &by_place, strength);
+            slopes.add(centre, turn, &by_place.transpose(), strength);
+            slopes.add(turn, turn, &times_cross(&turning, &x), strength);
+        }
+        Ok(())
+    }
+}
+
 /// What is needed of 1 + q.
-struct Powers {
+pub(super) struct Powers {
     /// (1 + q)^(3/2) - 1, without its cancellation.
-    f: f64,
+    pub f: f64,
     /// 1 / (1 + q).
-    square: f64,
+    pub square: f64,
     /// 1 / (1 + q)^(3/2).
-    cube: f64,
+    pub cube: f64,
 }
 
 impl Powers {
     #[inline(always)]
-    fn of(q: f64) -> Self {
+    pub fn of(q: f64) -> Self {
         // A third body is far from most systems: the series to the third power are then as good as the formulas.
         if q.abs() < 1e-5 {
             let f = q * (1.5 + q * (0.375 - 0.0625 * q));

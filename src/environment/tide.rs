@@ -9,9 +9,11 @@
 //! the bulges of the tide and of the rotation are part of it.
 
 use super::scene::{Load, Scene, place_to_turn, two_places};
+use super::{LoadSlopes, Triple};
 use crate::error::{Error, Result, require_positive};
-use crate::math::Vec3;
+use crate::math::matrix::{times, times_cross};
 use crate::math::rotation::turned_back;
+use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
@@ -72,5 +74,51 @@ impl Lagging {
         let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
         loads[self.by].force = force;
         loads[self.on] = Load { force: -force, torque: turned_back(&on.rotation, &-r.cross(&force)) };
+    }
+
+    /// With b the bracket and k = strength / r^8, so that F = -k b, and the torque M = -R^T (r x F) in the body frame.
+    pub fn slopes(&self, scene: &Scene, slopes: &mut LoadSlopes) {
+        let on = &scene.bodies[self.on];
+        let (r, v) = scene.bodies[self.by].relative(on);
+        let (spin, rotation) = (on.inertial_spin(), &on.rotation);
+        let inverse = 1.0 / r.norm_squared();
+        let along = r * inverse;
+        let strength = self.strength * (inverse * inverse) * (inverse * inverse);
+        let rate = r.dot(&v) * inverse;
+        let force = (r * (2.0 * rate) + r.cross(&spin) + v) * -strength;
+        // db/dr = 2 (r.v)/r^2 + 2 r (v - 2 r (r.v)/r^2)^T / r^2 - [spin]x.
+        let outer = along * (v - r * (2.0 * rate)).transpose() * 2.0;
+        let by_place = (outer + Mat3::from_diagonal_element(2.0 * rate) - spin.cross_matrix()) * -strength
+            - force * along.transpose() * 8.0;
+        let by_velocity = (along * r.transpose() * 2.0 + Mat3::identity()) * -strength;
+        // d(R spin) = -R [spin]x theta + R dspin.
+        let by_spin = times(&r.cross_matrix(), rotation) * -strength;
+        let by_turn = -times_cross(&by_spin, &on.spin);
+        let to_body = -times(&rotation.transpose(), &r.cross_matrix());
+        let torque = turned_back(rotation, &-r.cross(&force));
+        // By the raiser's place and velocity, and by the opposite of the deformed body's.
+        let moved = times(&rotation.transpose(), &force.cross_matrix());
+        for (body, sign) in [(self.by, 1.0), (self.on, -1.0)] {
+            for (row, sign) in [(self.by, sign), (self.on, -sign)] {
+                slopes.add(Triple::centre(row), Triple::centre(body), &by_place, sign);
+                slopes.add_by_motion(Triple::centre(row), Triple::centre(body), &by_velocity, sign);
+            }
+            let by_place = times(&to_body, &by_place) + moved;
+            slopes.add(Triple::turn(self.on), Triple::centre(body), &by_place, sign);
+            slopes.add_by_motion(
+                Triple::turn(self.on),
+                Triple::centre(body),
+                &times(&to_body, &by_velocity),
+                sign,
+            );
+        }
+        for (row, sign) in [(self.by, 1.0), (self.on, -1.0)] {
+            slopes.add(Triple::centre(row), Triple::turn(self.on), &by_turn, sign);
+            slopes.add_by_motion(Triple::centre(row), Triple::turn(self.on), &by_spin, sign);
+        }
+        // The body frame turns: d(R^T m) = [R^T m]x theta.
+        let by_turn = times(&to_body, &by_turn) + torque.cross_matrix();
+        slopes.add(Triple::turn(self.on), Triple::turn(self.on), &by_turn, 1.0);
+        slopes.add_by_motion(Triple::turn(self.on), Triple::turn(self.on), &times(&to_body, &by_spin), 1.0);
     }
 }

@@ -26,12 +26,16 @@ const MAX_TERMS: usize = 28;
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarSeries {
     deviation: [f64; 3],
+    /// As [`FieldKernel::square_differences`].
+    differences: [f64; 3],
     e2: f64,
     e3: f64,
     mean: f64,
     /// Coefficients in u, beyond the leading 1 of R_1, of: (R_1 u^(-3/2) - 1) / u, (R_2 - R_1) u^(-5/2),
     /// (R_3 - R_1) u^(-5/2).
     rd: [[f64; 3]; MAX_TERMS],
+    /// Coefficients of R_ij u^(-5/2), in the order of [`FieldKernel::second`].
+    second: [[f64; 3]; MAX_TERMS],
     /// Coefficients of (R_F u^(-1/2) - 1) / u^2.
     rf: [[f64; 1]; MAX_TERMS],
 }
@@ -60,9 +64,11 @@ impl FarSeries {
         };
         let k1 = geometric(&h, d[0]);
         let (k12, k13) = (geometric(&k1, d[1]), geometric(&k1, d[2]));
+        let k23 = geometric(&geometric(&h, d[1]), d[2]);
         let coefficient = |n: usize| 3.0 / (2 * n + 3) as f64;
         Self {
             deviation: d,
+            differences: [-bc, -ca, -ab],
             e2,
             e3,
             mean: (a * a + b * b + c * c) / 3.0,
@@ -70,6 +76,7 @@ impl FarSeries {
                 let next = k1.get(n + 1).copied().unwrap_or(0.0);
                 [next, ab * k12[n], -ca * k13[n]].map(|k| k * coefficient(n + 1))
             }),
+            second: std::array::from_fn(|n| [k23[n], k13[n], k12[n]].map(|k| k * coefficient(n + 1))),
             rf: std::array::from_fn(|n| [h.get(n + 2).map_or(0.0, |h| h / (2 * n + 5) as f64)]),
         }
     }
@@ -86,12 +93,19 @@ impl FarSeries {
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
         // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
         let newton = match ratio {
-            r if r < 0.015 => 1,
+            r if r < 0.022 => 1,
             r if r < 0.08 => 2,
             r if r < 0.17 => 3,
             _ => 4,
         };
         (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
+    }
+
+    /// From which kappa on so many terms meet a relative tolerance; it may be below zero.
+    pub fn kappa_from(&self, terms: u32, tolerance: f64) -> f64 {
+        let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // A little less than the ratio at which one term more is needed.
+        deviation / (tolerance.powf(1.0 / f64::from(terms)) * (1.0 - 1e-9)) - self.mean
     }
 
     /// The kernel with that much of the series.
@@ -131,7 +145,7 @@ pub struct Far<'a> {
 impl Far<'_> {
     /// w - 1 with w = r^2 / (kappa + mean a^2), and 1/r^2.
     #[inline(always)]
-    fn root<S: Simd>(&self, squares: [Lanes<S>; 3]) -> (Lanes<S>, Lanes<S>) {
+    fn root<S: Simd, const N: usize>(&self, squares: [Lanes<S, N>; 3]) -> (Lanes<S, N>, Lanes<S, N>) {
         let [xx, yy, zz] = squares;
         let c = |value| xx.constant(value);
         let inverse = c(1.0) / (xx + yy + zz);
@@ -168,13 +182,19 @@ impl Far<'_> {
         }
         (eta, inverse)
     }
-}
 
-impl Far<'_> {
+    /// s_i = 1/u + d_i.
+    #[inline(always)]
+    fn squares<S: Simd, const N: usize>(&self, u: Lanes<S, N>) -> [Lanes<S, N>; 3] {
+        let [d1, d2, d3] = self.series.deviation;
+        let sbar = u.constant(1.0) / u;
+        [sbar + u.constant(d1), sbar + u.constant(d2), sbar + u.constant(d3)]
+    }
+
     /// R_i - 1/r^3, what the field has beyond that of a point, and the differences of the R_i, to their own last digits. With
     /// w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
-    pub fn excess_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+    pub fn excess_field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let c = |value| eta.constant(value);
         let w = eta + c(1.0);
@@ -189,13 +209,14 @@ impl Far<'_> {
         PointField {
             rd: [first, first + second, first + third],
             rd_difference: [third - second, -third, second],
+            squares: self.squares(u),
         }
     }
 }
 
 impl FieldKernel for Far<'_> {
     #[inline(always)]
-    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+    fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let u = (eta + eta.constant(1.0)) * inverse;
         let cube = u * u.sqrt();
@@ -206,12 +227,31 @@ impl FieldKernel for Far<'_> {
         PointField {
             rd: [first, first + second, first + third],
             rd_difference: [third - second, -third, second],
+            squares: self.squares(u),
         }
+    }
+
+    #[inline(always)]
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+        let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
+        let u = (eta + eta.constant(1.0)) * inverse;
+        let fifth = u * u * u.sqrt();
+        // The monopole's cut has no terms, and the first of these is not zero.
+        let terms = self.cut.terms.max(1);
+        let [first, second, third] = polynomials(&self.series.second[..terms], u);
+        (self.field(x), [fifth * first, fifth * second, fifth * third])
+    }
+
+    fn square_differences(&self) -> [f64; 3] {
+        self.series.differences
     }
 
     /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn excess_potential<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>) {
         let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let (eta, inverse) = self.root(squares);
         let c = |value| eta.constant(value);
@@ -230,6 +270,8 @@ impl FieldKernel for Far<'_> {
         let cube = u * u.sqrt();
         let rd =
             [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
-        (excess * inverse.sqrt(), rd)
+        let (second, third) = (cube * u * second, cube * u * third);
+        let rd_difference = [third - second, -third, second];
+        (excess * inverse.sqrt(), PointField { rd, rd_difference, squares: self.squares(u) })
     }
 }

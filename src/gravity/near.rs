@@ -6,17 +6,17 @@
 //! there Newton's iterates rise monotonically to the root: no bracket can be left and no safeguard is needed.
 
 use super::{FieldKernel, PointField};
-use crate::math::Vec3;
 use crate::math::carlson::{duplications_needed, rd_triple};
+use crate::math::dual::Dual;
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::Ellipsoid;
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 /// Largest number of Newton steps; the slowest points seen take 9.
 const MAX_NEWTON: usize = 40;
 
 /// Carlson's forms for one ellipsoid.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Near {
     squares: [f64; 3],
     duplications: u32,
@@ -34,38 +34,63 @@ impl Near {
         900.0 * self.squares[2] < self.squares[0]
     }
 
-    /// Phi and R_i at a point inside, where kappa is zero.
-    pub fn inside(&self, x: &Vec3) -> (f64, Vec3) {
-        let rd =
-            rd_triple(self.squares.map(|s| Lanes::splat(Scalar, s)), self.duplications).map(Lanes::first);
-        let twice: f64 = (0..3).map(|i| (self.squares[i] - x[i] * x[i]) * rd[i]).sum();
-        (0.5 * twice, Vec3::from(rd))
+    /// Phi, the field, and 1 outside, 0 inside, where kappa is zero and Phi and R_i have the same formulas. What a lane gets
+    /// does not depend on the other ones.
+    #[inline(always)]
+    pub fn anywhere<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>, Lanes<S, N>) {
+        let c = |value| x[0].constant(value);
+        let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
+        let [a2, b2, c2] = self.squares;
+        let level = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
+        // Points meant to lie on the surface may round to just inside it.
+        let surface = c(1.0 - 1e-12);
+        let outside = level.if_less(surface, c(0.0), c(1.0));
+        // In place of a point inside the end of the longest axis, where the iteration is at its end.
+        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(surface, c(inner), x2);
+        let kappa =
+            root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
+        let (phi, field) = self.beyond(x2, kappa);
+        (phi, field, outside)
     }
 
-    /// Phi and R_i from the squares of a point's coordinates.
+    /// Phi and the field from the squares of a point's coordinates.
     #[inline(always)]
-    fn phi<S: Simd>(&self, x2: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
-        let (s, rd) = self.rd(x2);
-        let twice = (s[0] - x2[0]).mul_add(rd[0], (s[1] - x2[1]).mul_add(rd[1], (s[2] - x2[2]) * rd[2]));
-        (twice * twice.constant(0.5), rd)
+    fn phi<S: Simd, const N: usize>(&self, x2: [Lanes<S, N>; 3]) -> (Lanes<S, N>, PointField<S, N>) {
+        self.beyond(x2, kappa(x2, self.squares))
     }
 
     #[inline(always)]
-    fn rd<S: Simd>(&self, x2: [Lanes<S>; 3]) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
-        let kappa = kappa(x2, self.squares);
+    fn beyond<S: Simd, const N: usize>(
+        &self,
+        x2: [Lanes<S, N>; 3],
+        kappa: Lanes<S, N>,
+    ) -> (Lanes<S, N>, PointField<S, N>) {
         let [a2, b2, c2] = self.squares;
         let s = [kappa + kappa.constant(a2), kappa + kappa.constant(b2), kappa + kappa.constant(c2)];
-        (s, rd_triple(s, self.duplications))
+        let rd = rd_triple(s, self.duplications);
+        let twice = (s[0] - x2[0]).mul_add(rd[0], (s[1] - x2[1]).mul_add(rd[1], (s[2] - x2[2]) * rd[2]));
+        let rd_difference = [rd[2] - rd[1], rd[0] - rd[2], rd[1] - rd[0]];
+        (twice * twice.constant(0.5), PointField { rd, rd_difference, squares: s })
     }
 }
 
 /// The largest root of sum x_i^2/(a_i^2 + kappa) = 1, not below zero; `x2` and `a2` are squares.
 #[inline(always)]
-pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
+pub fn kappa<S: Simd, const N: usize>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
+    root::<S, N, false>(x2, a2)
+}
+
+/// The same; where lanes are `APART`, one that has come to its end waits there for the others.
+#[inline(always)]
+fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
     let c = |value| x2[0].constant(value);
     let squares = [c(a2[0]), c(a2[1]), c(a2[2])];
     let r2 = x2[0] + x2[1] + x2[2];
     let mut kappa = (r2 - dot(x2, squares) / r2).max(c(0.0));
+    let mut excess = c(1.0);
     for _ in 0..MAX_NEWTON {
         // One division serves three reciprocals.
         let s = [kappa + squares[0], kappa + squares[1], kappa + squares[2]];
@@ -77,10 +102,14 @@ pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
         let s = term[0] + term[1] + term[2];
         let slope = dot(term, inverse);
         // Newton on 1/s: (1 - 1/s) / (1/s)' = s (s - 1) / slope.
-        let step = s * (s - c(1.0)) / slope;
+        let mut step = s * (s - c(1.0)) / slope;
+        if APART {
+            step = c(0.0).if_less(excess, step, c(0.0));
+        }
         kappa = (kappa + step).max(c(0.0));
         // The last correction leaves an error of its own square.
-        if (step.abs() - c(1e-9) * (kappa + c(a2[2]))).reduce_max() <= 0.0 {
+        excess = step.abs() - c(1e-9) * (kappa + c(a2[2]));
+        if excess.reduce_max() <= 0.0 {
             break;
         }
     }
@@ -89,22 +118,39 @@ pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
 
 impl FieldKernel for Near {
     #[inline(always)]
-    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
-        let (_, rd) = self.rd([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
-        PointField { rd, rd_difference: [rd[2] - rd[1], rd[0] - rd[2], rd[1] - rd[0]] }
+    fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
+        self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
+    }
+
+    /// By the derivatives of the integrals in their arguments: R_12 = -2 dR_1/ds_2.
+    #[inline(always)]
+    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+        let field = self.field(x);
+        // What the series leaves out falls more slowly in its derivatives.
+        let [first, second, _] = rd_triple(Dual::variables(field.squares), self.duplications + 1);
+        let minus_two = x[0].constant(-2.0);
+        (field, [minus_two * second.by[2], minus_two * first.by[2], minus_two * first.by[1]])
+    }
+
+    fn square_differences(&self) -> [f64; 3] {
+        let [a2, b2, c2] = self.squares;
+        [c2 - b2, a2 - c2, b2 - a2]
     }
 
     #[inline(always)]
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn excess_potential<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>) {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
-        let (phi, rd) = self.phi(x2);
+        let (phi, field) = self.phi(x2);
         let r2 = x2[0] + x2[1] + x2[2];
-        (phi - r2.constant(1.0) / r2.sqrt(), rd)
+        (phi - r2.constant(1.0) / r2.sqrt(), field)
     }
 
     /// Over the middle of a flat body 1/r is many times Phi: added and taken away it would cost that many digits.
     #[inline(always)]
-    fn potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> Lanes<S> {
+    fn potential<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> Lanes<S, N> {
         if self.is_flat() {
             self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).0
         } else {

@@ -2,9 +2,10 @@
 
 use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
 use crate::error::Result;
-use crate::math::Vec3;
 use crate::math::lanes::Lanes;
+use crate::math::matrix::{cross_times, times, transposed_times};
 use crate::math::rotation::{turned, turned_back};
+use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
 use crate::shape::{Body, Ellipsoid, Place, Shape};
 use pulp::Scalar;
@@ -70,7 +71,7 @@ impl ExtendedPull {
         if square < a * a && (x.x / a).powi(2) + (x.y / b).powi(2) + (x.z / c).powi(2) < 1.0 {
             return None;
         }
-        let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
+        let lanes: [Lanes<Scalar>; 3] = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
         let (field, point) = match self.cut(square - a * a) {
             Some(cut) => (self.series.cut(cut).excess_field(lanes), 0.0),
             None => (Near::new(&self.ellipsoid, 0.0).field(lanes), inverse_cube),
@@ -80,6 +81,20 @@ impl ExtendedPull {
         let moment = -Vec3::new(x.y * x.z * first, x.z * x.x * second, x.x * x.y * third);
         let force = -x.component_mul(&Vec3::from(excess));
         Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
+    }
+
+    /// At a point `x` of the body frame outside: dg/dx, and the derivative of -x cross g, per unit GM.
+    pub fn slopes(&mut self, x: &Vec3) -> (Mat3, Mat3) {
+        let canonical = self.ellipsoid.canonical();
+        let x = turned(&canonical, x);
+        let [a, ..] = self.ellipsoid.sorted();
+        let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
+        let (gradient, turning) = match self.cut(x.norm_squared() - a * a) {
+            Some(cut) => slopes_at(self.series.cut(cut), lanes),
+            None => slopes_at(Near::new(&self.ellipsoid, 0.0), lanes),
+        };
+        let back = |slope: Mat3| times(&transposed_times(&canonical, &slope), &canonical);
+        (back(gradient), back(turning))
     }
 
     /// How much of the series a distance needs, where kappa >= `kappa_min`. It depends on the binary exponent alone, so that
@@ -96,6 +111,21 @@ impl ExtendedPull {
             }
         }
     }
+}
+
+fn slopes_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> (Mat3, Mat3) {
+    let field = kernel.field(x);
+    let [xx, xy, xz, yy, yz, zz] = field.gradient(x).map(Lanes::first);
+    let turning =
+        field.turning(x, field.bend(x), kernel.square_differences()).map(|row| row.map(Lanes::first));
+    (Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz), Mat3::from(turning).transpose())
+}
+
+/// The slopes of the field of a point, which turns nothing.
+pub(crate) fn slopes_of_point(x: &Vec3) -> (Mat3, Mat3) {
+    let r = x.norm();
+    let u = x / r;
+    ((3.0 * u * u.transpose() - Mat3::identity()) / r / r / r, Mat3::zeros())
 }
 
 /// The same of a body: of an ordinary one that of its shape, of a composite or a polyhedron the sum over its parts.
@@ -136,6 +166,13 @@ impl Extended {
         match self {
             Self::Ellipsoid(pull) => pull.at(x, inverse_square, inverse_cube),
             Self::Polyhedron(pull) => pull.at(x, inverse_square, inverse_cube),
+        }
+    }
+
+    fn slopes(&mut self, x: &Vec3) -> Option<(Mat3, Mat3)> {
+        match self {
+            Self::Ellipsoid(pull) => Some(pull.slopes(x)),
+            Self::Polyhedron(_) => None,
         }
     }
 }
@@ -182,6 +219,27 @@ impl BodyPull {
                 Some((excess, moment))
             }
         }
+    }
+
+    /// As [`ExtendedPull::slopes`]; none of a polyhedron.
+    pub fn slopes(&mut self, x: &Vec3) -> Option<(Mat3, Mat3)> {
+        let parts = match self {
+            Self::Ordinary(pull) => return Some(pull.slopes(x)),
+            Self::Composite(parts) => parts,
+        };
+        let (mut gradient, mut turning) = (Mat3::zeros(), Mat3::zeros());
+        for part in parts {
+            let (p, turn) = (part.place.position, part.place.rotation);
+            let from = turned_back(&turn, &(x - p));
+            let (own, own_turning) = match &mut part.extended {
+                Some(extended) => extended.slopes(&from)?,
+                None => slopes_of_point(&from),
+            };
+            let own = turn * own * turn.transpose() * part.share;
+            gradient += own;
+            turning += turn * own_turning * turn.transpose() * part.share - cross_times(&p, &own);
+        }
+        Some((gradient, turning))
     }
 }
 

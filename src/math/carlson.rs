@@ -4,8 +4,7 @@
 //! R_D(x,y,z) = 3/2 int_0^inf dt / (sqrt((t+x)(t+y)(t+z)) (t+z)).
 //! Carlson (1995), Numer. Algor. 10, 13; series to seventh degree as in DLMF 19.36(i).
 
-use super::lanes::Lanes;
-use pulp::Simd;
+use super::dual::Number;
 
 /// The three R_D of one point of an ellipsoid's field, for s1 >= s2 >= s3 > 0:
 /// `[R_D(s2,s3;s1), R_D(s3,s1;s2), R_D(s1,s2;s3)]`.
@@ -14,7 +13,7 @@ use pulp::Simd;
 /// R_D + R_D + R_D = 3 / sqrt(s1 s2 s3), which is then free of cancellation.
 /// [`duplications_needed`] tells how many steps full precision takes.
 #[inline(always)]
-pub fn rd_triple<S: Simd>(s: [Lanes<S>; 3], duplications: u32) -> [Lanes<S>; 3] {
+pub fn rd_triple<N: Number>(s: [N; 3], duplications: u32) -> [N; 3] {
     let c = |value| s[0].constant(value);
     let product_root = (s[0] * s[1] * s[2]).sqrt();
     let [mut x, mut y, mut z] = s;
@@ -42,7 +41,7 @@ pub fn rd_triple<S: Simd>(s: [Lanes<S>; 3], duplications: u32) -> [Lanes<S>; 3] 
 
 /// R_D(x, y; z) of nearly equal arguments by its Taylor series to seventh degree.
 #[inline(always)]
-fn rd_series<S: Simd>(x: Lanes<S>, y: Lanes<S>, z: Lanes<S>) -> Lanes<S> {
+fn rd_series<N: Number>(x: N, y: N, z: N) -> N {
     let c = |value| x.constant(value);
     let mean = c(3.0).mul_add(z, x + y) * c(0.2);
     let inverse = c(1.0) / mean;

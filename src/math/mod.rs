@@ -4,9 +4,11 @@
 
 pub mod carlson;
 pub mod compensated;
+pub mod dual;
 pub mod harmonics;
 pub mod lanes;
 pub mod logarithm;
+pub mod matrix;
 pub mod monomials;
 pub mod rotation;
 pub mod spline;

@@ -1,9 +1,9 @@
 //! A part of one body and a part of another: their pair, with lever arms.
 
-use super::{BodyGravity, Interaction, Method, Pair, Pose, Store};
+use super::{AxisSlopes, BodyGravity, Interaction, Jacobian, Method, Pair, Pose, Store};
 use crate::error::Result;
-use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
+use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
 use crate::quadrature::Order;
 use crate::shape::{Body, Part, Place, Shape};
@@ -148,6 +148,31 @@ impl Link {
         }
     }
 
+    /// Chooses the nodes for [`Self::jacobian`]; see [`Pair::prepare_jacobian`].
+    pub fn prepare_jacobian(&mut self, patience: &mut Patience) -> Result<()> {
+        self.pair.prepare_jacobian(patience)
+    }
+
+    /// The share of this link in the derivatives of force and torques of the bodies.
+    #[inline]
+    pub fn jacobian(&self, pose: &Pose) -> Jacobian {
+        match &self.arms {
+            None => self.pair.jacobian(pose),
+            Some(arms) => arms.jacobian_about_centres(pose, &self.pair.jacobian(&arms.pose(pose))),
+        }
+    }
+
+    /// The share of this link in the derivatives of the bodies' loads by the semi-axes of its parts.
+    pub fn axis_slopes(&self, pose: &Pose) -> AxisSlopes {
+        match &self.arms {
+            None => self.pair.axis_slopes(pose),
+            Some(arms) => self
+                .pair
+                .axis_slopes(&arms.pose(pose))
+                .map(|body| body.map(|loads| arms.about_centres(pose, loads))),
+        }
+    }
+
     /// The pair of two ordinary bodies, whose interaction is this.
     #[inline]
     pub fn ordinary(&self) -> Option<&Pair> {
@@ -167,7 +192,12 @@ impl Link {
         self.potential_energy_of(pose, Pair::ALL)
     }
 
-    /// The share of a piece of [`Pair::pieces`].
+    /// As [`Pair::energy_pieces`].
+    pub fn energy_pieces(&self, pose: &Pose, patience: &mut Patience) -> Result<Vec<Range<usize>>> {
+        self.pair.energy_pieces(&self.pose(pose), patience)
+    }
+
+    /// The share of a piece of [`Self::energy_pieces`].
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         match &self.arms {
             None => self.pair.potential_energy_of(pose, nodes),
@@ -221,6 +251,42 @@ impl Arms {
             force_on_first: force,
             torque_first: about(&self.places[0], &pose.rotation_first, parts.torque_first, force),
             torque_second: about(&self.places[1], &pose.rotation_second, parts.torque_second, -force),
+        }
+    }
+}
+
+impl Arms {
+    /// The same of derivatives. The parts' separation changes with the bodies' turns by A_i = dr/dv_i = +-R_i [p_i]x.
+    fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
+        let rotations = [&pose.rotation_first, &pose.rotation_second];
+        let signs = [1.0, -1.0];
+        let turn = [0, 1].map(|i| self.places[i].map_or(Mat3::identity(), |place| place.rotation));
+        let lever =
+            [0, 1].map(|i| self.places[i].map_or(Mat3::zeros(), |place| place.position.cross_matrix()));
+        let k = &parts.force_by_separation;
+        let force = parts.loads.force_on_first;
+        let moved = [0, 1].map(|i| rotations[i] * lever[i] * signs[i]);
+        let by_turn =
+            [0, 1].map(|i| k * moved[i] - parts.torque_by_separation[i].transpose() * turn[i].transpose());
+        let by_separation = [0, 1].map(|i| {
+            turn[i] * parts.torque_by_separation[i] + lever[i] * rotations[i].transpose() * k * signs[i]
+        });
+        let by_own = [0, 1].map(|i| {
+            let own =
+                parts.torque_by_separation[i] * moved[i] + parts.torque_by_rotation[i] * turn[i].transpose();
+            let pull =
+                (rotations[i].transpose() * force).cross_matrix() + rotations[i].transpose() * by_turn[i];
+            (turn[i] * own + lever[i] * pull * signs[i]) * self.share
+        });
+        let other =
+            parts.torque_by_separation[0] * moved[1] + parts.torque_first_by_second * turn[1].transpose();
+        let first_by_second = turn[0] * other + lever[0] * rotations[0].transpose() * by_turn[1];
+        Jacobian {
+            loads: self.about_centres(pose, parts.loads),
+            force_by_separation: k * self.share,
+            torque_by_separation: by_separation.map(|block| block * self.share),
+            torque_by_rotation: by_own,
+            torque_first_by_second: first_by_second * self.share,
         }
     }
 }

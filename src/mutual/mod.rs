@@ -9,11 +9,14 @@
 //! their places in the bodies. Each has its own rule.
 
 mod attractor;
+mod axes;
 mod choice;
 mod derivatives;
 mod expansion;
 mod faceted;
 mod faces;
+mod gradient;
+mod jacobian;
 mod link;
 mod means;
 mod method;
@@ -25,6 +28,8 @@ mod store;
 mod surface;
 
 pub use attractor::BodyGravity;
+pub use axes::AxisSlopes;
+pub use jacobian::Jacobian;
 pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;
 pub use multipole::Multipole;

@@ -206,13 +206,13 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
-            let (excess, rd) = self.kernel.excess_potential(x);
+            let (excess, field) = self.kernel.excess_potential(x);
             let distance = dot(x, x).sqrt();
             let phi = splat(1.0) / distance + excess;
             // n = u_i / a_i.
             let [a, b, c] = self.semi_axes;
             let normal = [unit[0] * splat(1.0 / a), unit[1] * splat(1.0 / b), unit[2] * splat(1.0 / c)];
-            let flux = flux(normal, x, rd, self.roles);
+            let flux = flux(normal, x, field.rd, self.roles);
             let y2 = dot(y, y);
             sum.add_product(weight, phi - splat(0.5) * y2 * flux);
         }

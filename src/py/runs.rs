@@ -6,7 +6,7 @@ use super::events::{Watched, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::State;
+use crate::dynamics::{DEPARTURE, Parameter, State};
 use crate::environment::BOOK;
 use crate::error::Error;
 use crate::integrate::Tolerance;
@@ -166,8 +166,16 @@ impl PySimulation {
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
+        derivatives: Option<Vec<String>>,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = output.into();
+        let bodies = self.inner.system().bodies();
+        let method = self.inner.system().settings().gravity;
+        let parameter = |name: &String| Parameter::named(name, bodies)?.check(bodies, method);
+        let derivatives: Option<Vec<_>> = match &derivatives {
+            Some(names) => Some(names.iter().map(parameter).collect::<Result<_, _>>()?),
+            None => None,
+        };
         let listener = Arc::new(Listener::default());
         let mut events = events(py, &watched, &listener);
         let mut record = Trajectory::new(self.inner.system().bodies().len());
@@ -191,7 +199,8 @@ impl PySimulation {
                     }
                 })
             };
-            let run = Run { output: &output, events: &mut events, dense };
+            let run =
+                Run { output: &output, events: &mut events, dense, derivatives: derivatives.as_deref() };
             self.inner.run(until, run, &mut record, &mut hook)
         });
         let error = outcome.err().map(|error| listener.explain(error));
@@ -202,7 +211,7 @@ impl PySimulation {
 /// The continuous solution of a run.
 #[pyclass(frozen, name = "Dense", module = "fullbody._core")]
 pub struct PyDense {
-    inner: Dense,
+    pub inner: Dense,
 }
 
 #[pymethods]
@@ -276,6 +285,14 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>>
         dict.set_item("work", array(py, columns(0, 1), &[k, f])?)?;
         dict.set_item("impulse", array(py, columns(1, 4), &[k, f, 3])?)?;
         dict.set_item("angular_impulse", array(py, columns(4, 7), &[k, f, 3])?)?;
+    }
+    if !record.transition.is_empty() {
+        let size = DEPARTURE * n;
+        dict.set_item("transition", array(py, record.transition, &[k, size, size])?)?;
+        let parameters = record.sensitivity.len() / (k * size);
+        if parameters > 0 {
+            dict.set_item("sensitivity", array(py, record.sensitivity, &[k, parameters, size])?)?;
+        }
     }
     dict.set_item("switched_off", record.switched_off)?;
     dict.set_item("start", record.start.map(|start| start.numbers()))?;

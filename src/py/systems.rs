@@ -180,6 +180,12 @@ impl PySystem {
         Ok((force, torque, result.potential_energy, result.left_out))
     }
 
+    /// Derivatives (6 N, 6 N) of forces and torques: per body force, torque by position, rotation vector.
+    fn jacobian<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
+        let size = 6 * self.inner.bodies().len();
+        array(py, listening(py, |patience| self.inner.jacobian(&state.inner, patience))?, &[size, size])
+    }
+
     /// Total, translational, rotational, potential.
     fn energy(&self, py: Python<'_>, state: &PyState) -> PyResult<[f64; 4]> {
         let e = listening(py, |patience| self.inner.energy(&state.inner, patience))?;

@@ -15,6 +15,7 @@ mod mover;
 mod output;
 mod record;
 mod simulation;
+mod tangent;
 
 pub use archive::{ARCHIVE_VERSION, Setup};
 pub use dense::Dense;

@@ -5,7 +5,9 @@ use super::integrator::{Integrator, Steps};
 use super::motion::{Motion, SplitMotion};
 use crate::dynamics::Splitting;
 use crate::error::{Error, Result, require_positive};
-use crate::integrate::{FixedStepper, Memory, Segment, Statistics, Stepper, Tolerance, VERNER98};
+use crate::integrate::{
+    FixedStepper, Memory, Segment, Statistics, Step, Stepper, Tableau, Tolerance, VERNER98,
+};
 use crate::patience::Patience;
 
 /// Tolerance of the integration that fills in the time between the ends of a fixed step.
@@ -165,6 +167,19 @@ impl Mover {
             Self::Adaptive(stepper) => std::slice::from_ref(stepper.piece()),
             Self::Fixed(fixed) => &fixed.pieces,
         }
+    }
+
+    /// The last step by its stages, of a Runge-Kutta pair.
+    pub fn last(&self) -> Option<Step<'_>> {
+        match self {
+            Self::Adaptive(stepper) => Some(stepper.last()),
+            Self::Fixed(_) => None,
+        }
+    }
+
+    /// The tableau of a Runge-Kutta pair.
+    pub fn tableau(&self) -> Option<&'static Tableau> {
+        self.last().map(|step| step.tableau())
     }
 
     /// Takes the last step back.

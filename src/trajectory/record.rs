@@ -44,6 +44,10 @@ pub struct Trajectory {
     pub books: Vec<f64>,
     /// How often each force was switched off in the runs into this record, for those that can be; being off at its start counts.
     pub switched_off: Vec<Option<u64>>,
+    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record, where they were asked for.
+    pub transition: Vec<f64>,
+    /// The same of the sensitivities (K, P, 12 N) to parameters.
+    pub sensitivity: Vec<f64>,
     /// Events in order of the run.
     pub events: Vec<Occurrence>,
     /// The continuous solution, where it was asked for.

@@ -25,6 +25,7 @@ RESULTS = {
     *(
         fullbody.Dense,
         fullbody.Energy,
+        fullbody.Gravity,
         fullbody.Interactions,
         fullbody.Invariants,
         fullbody.Loads,

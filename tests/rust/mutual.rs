@@ -42,7 +42,13 @@ impl Bodies {
         self.a.into_iter().chain(self.b).fold(0.0, f64::max)
     }
 
-    fn shapes(&self) -> [Shape; 2] {
+    /// One, and the largest semi-axis of either body.
+    pub fn levers(&self) -> [f64; 3] {
+        let longest = |axes: [f64; 3]| axes.into_iter().fold(0.0, f64::max);
+        [1.0, longest(self.a), longest(self.b)]
+    }
+
+    pub fn shapes(&self) -> [Shape; 2] {
         self.axes().map(|axes| Shape::ellipsoid(axes).unwrap())
     }
 
@@ -66,7 +72,13 @@ impl Bodies {
     }
 }
 
-fn pair(shapes: [Shape; 2], method: Method, tolerance: f64, order: Option<Order>, path: VectorPath) -> Pair {
+pub fn pair(
+    shapes: [Shape; 2],
+    method: Method,
+    tolerance: f64,
+    order: Option<Order>,
+    path: VectorPath,
+) -> Pair {
     let ([a, b], store) = (shapes, Arc::default());
     let (a, b) = (BodyGravity::new("Alpha", &a, &store), BodyGravity::new("Beta", &b, &store));
     Pair::new(a, b, method, tolerance, order, path.arch().unwrap())

@@ -20,6 +20,7 @@ from ..model.composite import Composite
 from ..model.polyhedron import Polyhedron
 from ..model.system import BaseSystem
 from ..record.base import STOP_REASONS, BaseRun
+from ..record.derivatives import departures
 from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from . import occurrences, seal
@@ -54,6 +55,11 @@ _OF_FORCES: dict[str, tuple[tuple[str, ...], str, str]] = {
         "angular impulse of each force from outside since the start of the run, about the origin, inertial",
     ),
 }
+#: The same of derivatives, after the dimension time, without units: a departure has several; in runs that have some.
+_DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
+    "transition": (("departure", "start_departure"), "transition matrices from the start of the run"),
+    "sensitivity": (("parameter", "departure"), "derivatives by parameters of the system"),
+}
 _COORDINATES = {
     "axis": ["x", "y", "z"],
     "quaternion": ["w", "x", "y", "z"],
@@ -66,14 +72,16 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_energy": (slice(1, 5), ("part",), "energy"),
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
-#: Format 1, of version 0.1.0, has no start; format 2 has no forces from outside, and format 3 no composites. A run has
-#: the first format that holds it.
-_FORMAT = 4
+#: Format 1, of version 0.1.0, has no start; format 2 has no forces from outside, format 3 no composites, format 4 no
+#: derivatives. A run has the first format that holds it.
+_FORMAT = 5
 #: Attributes of text that a run is rebuilt from. One checksum over all of them and the start protects the numbers in
 #: them.
 _TEXTS = ("fullbody_setup", "fullbody_statistics", "fullbody_events", "stop_reason")
 #: Another of these, in runs with forces from outside.
 _SWITCHED_OFF = "fullbody_switched_off"
+#: Another, in runs with derivatives: the parameters by which they are.
+_PARAMETERS = "fullbody_parameters"
 #: Endings of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -104,6 +112,14 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         coordinates["force"] = ("force", forces, {"long_name": "forces from outside"})
         for name, (dims, dimension, text) in _OF_FORCES.items():
             variables[name] = (("time", "force", *dims), run._record[name], attributes(dimension, text))
+    if "transition" in run._record:
+        labels = departures(run.system.names)
+        coordinates |= {name: (name, labels) for name in ("departure", "start_departure")}
+        if run._parameters:
+            coordinates["parameter"] = ("parameter", list(run._parameters))
+    for name, (dims, text) in _DERIVATIVES.items():
+        if name in run._record:
+            variables[name] = (("time", *dims), run._record[name], attributes(None, text))
     of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
@@ -119,12 +135,15 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
             "stop_reason": run.stop_reason,
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         }
-        | ({_SWITCHED_OFF: json.dumps(run.switched_off)} if forces else {}),
+        | ({_SWITCHED_OFF: json.dumps(run.switched_off)} if forces else {})
+        | ({_PARAMETERS: json.dumps(run._parameters)} if "transition" in run._record else {}),
     )
 
 
 def _needed(run: BaseRun) -> int:
     """The first format that holds a run."""
+    if "transition" in run._record:
+        return 5
     if any(isinstance(body.shape, Composite | Polyhedron) for body in run.system.bodies):
         return 4
     if run.system.forces:
@@ -242,7 +261,7 @@ def _parsed(stored: Stored, name: str, default: str | None, build: Callable[[Any
 
 def _checksum(attributes: Mapping[str, Any], start: Sequence[npt.NDArray[np.float64]]) -> str:
     texts = [str(attributes.get(name)) for name in _TEXTS] + [str(values.tolist()) for values in start]
-    texts += [str(attributes[_SWITCHED_OFF])] if attributes.get(_SWITCHED_OFF) is not None else []
+    texts += [str(attributes[name]) for name in (_SWITCHED_OFF, _PARAMETERS) if attributes.get(name) is not None]
     whole = "\n".join(texts)
     return f"{zlib.crc32(whole.encode()):08x}"
 
@@ -262,7 +281,7 @@ def _format(stored: Stored) -> int:
 
 def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) -> _Run:
     """The run in a file."""
-    texts = {name: stored.attribute(name) for name in (*_TEXTS, _SWITCHED_OFF)}
+    texts = {name: stored.attribute(name) for name in (*_TEXTS, _SWITCHED_OFF, _PARAMETERS)}
     # Files of version 0.1.0 do not tell their start.
     start = []
     if _format(stored) > 1:
@@ -286,10 +305,19 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
         sizes["force"] = len(system.forces)
         for name, (dims, _, _) in _OF_FORCES.items():
             record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", "force", *dims)})
+    parameters = None
+    if stored.attribute(_PARAMETERS) is not None:
+        parameters = _parsed(stored, _PARAMETERS, None, _names)
+        sizes["departure"] = sizes["start_departure"] = 12 * len(system)
+        sizes["parameter"] = len(parameters)
+        for name, (of, _) in _DERIVATIVES.items():
+            if name == "transition" or parameters:
+                record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", *of)})
     check_order(record["time"], "time", repeated=False)
     check_unit(record["attitude"], "attitude")
     run = run_type(system, record, counts, integrator)
     run._start = np.concatenate([values.reshape(-1) for values in start]) if start else None
+    run._parameters = parameters or ()
     run.events = occurrences.from_file(stored, system, watched)
     if system.forces:
         run.switched_off = _parsed(stored, _SWITCHED_OFF, None, lambda counts: _switched_off(counts, system))
@@ -304,6 +332,12 @@ def _statistics(counts: list[Any]) -> Statistics:
     if len(counts) != 3 or len(numbers) != 3:
         raise InvalidInput(f"{counts!r} is no list of three counts")
     return Statistics(*numbers)
+
+
+def _names(names: list[Any]) -> tuple[str, ...]:
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InvalidInput(f"{names!r} is no list of names")
+    return tuple(names)
 
 
 def _switched_off(counts: dict[str, Any], system: BaseSystem) -> dict[str, int]:

@@ -14,7 +14,7 @@ from ..errors import InvalidInput
 from ..events import Event
 from ..record.integrators import Integrator
 
-__all__ = ["Bar", "Tally", "autosaving", "check_for_all", "sampling", "watched"]
+__all__ = ["Bar", "Tally", "autosaving", "check_for_all", "differentiated", "sampling", "watched"]
 
 
 def sampling(output: Any, units: Units) -> Any:
@@ -60,6 +60,16 @@ def watched(events: Iterable[Event]) -> list[Event]:
     if isinstance(events, str):
         raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
     return list(sequence(events, Event, "events", "a list of fullbody.events", "fullbody.events"))
+
+
+def differentiated(derivatives: Any) -> list[str] | None:
+    """The parameters that a run is differentiated by, or ``None`` where it is not differentiated at all."""
+    if isinstance(derivatives, bool):
+        return [] if derivatives else None
+    expected = "True, False, or a list of names such as ['G', 'mass of Alpha']"
+    if isinstance(derivatives, str):
+        raise InvalidInput(f"derivatives is {derivatives!r}, which is text; expected {expected}")
+    return list(sequence(derivatives, str, "derivatives", expected, "names"))
 
 
 class Bar:

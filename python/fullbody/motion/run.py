@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from ..model.gravity import Gravity
     from ..plots import Plots
     from ..view import View
 
@@ -26,6 +27,33 @@ class RunVerbs(BaseRun):
         from ..plots import Plots
 
         return Plots(self)
+
+    def gravity(self, time: Any, points: Any, body: int | str | None = None) -> Gravity:
+        """Gravity of the bodies at points of the inertial frame, at times of the run; see :meth:`System.gravity`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (...)
+            Times of samples; of a run with ``dense=True`` any time within it. Shapes of times and points are broadcast:
+            times (K,) and points (K, 3) are a track, times (K, 1) and points (P, 3) have all points at all times.
+        points : array_like or Quantity, (..., 3)
+        body : int or str, optional
+
+        Returns
+        -------
+        Gravity
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=5.0, dense=True)
+        >>> run.gravity([[1.0], [2.5]], [[0.0, 0.0, 5.0], [0.0, 3.0, 5.0], [0.0, 0.0, 9.0]]).potential.shape
+        (2, 3)
+        """
+        from ..record.gravity import gravity
+
+        return gravity(self, time, points, body)
 
     def animate(
         self, path: Any, *, seconds: float = 10.0, fps: int = 20, size: Any = (6.4, 4.8), dpi: float = 100.0

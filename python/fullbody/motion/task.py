@@ -18,7 +18,7 @@ from ..record.base import BaseRun
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
 from ..record.statistics import Statistics
-from .options import sampling, watched
+from .options import differentiated, sampling, watched
 
 __all__ = ["Task", "beginning"]
 
@@ -50,9 +50,11 @@ class Task:
         output: Any,
         events: Iterable[Event],
         dense: bool,
+        derivatives: bool | Iterable[str] = False,
     ) -> None:
         self._system, self._integrator = system, integrator
         self.until = scalar(system._units.strip(until, "time", "until"), "until")
+        self.derivatives = differentiated(derivatives)
         self.output = sampling(output, system._units)
         if isinstance(self.output, float):
             self._refuse_flood((self.until - time) / self.output, output)
@@ -62,7 +64,10 @@ class Task:
 
     def _refuse_flood(self, count: float, output: Any) -> None:
         """Refuse more samples than a computer holds, rather than have the system end the process."""
-        size = abs(count) * 8.0 * (13 * len(self._system) + 8)
+        numbers = 13 * len(self._system) + 8
+        if self.derivatives is not None:
+            numbers += 12 * len(self._system) * (12 * len(self._system) + len(self.derivatives))
+        size = abs(count) * 8.0 * numbers
         most = 2.0**34
         if size > most:
             raise InvalidInput(
@@ -83,6 +88,7 @@ class Task:
         ]
         run.dense = None if solution is None else Dense(system, solution)
         run.stop_reason = reason
+        run._parameters = tuple(self.derivatives or ())
         off = zip(system.forces, switched_off, strict=True)
         run.switched_off = {force.name: times for force, times in off if times is not None}
         return run

@@ -22,6 +22,7 @@ from ..orbit.elements import KeplerElements
 from ..typing import Array
 from . import conserved
 from .dense import Dense, Samples
+from .derivatives import Differentiated
 from .integrators import Integrator
 from .statistics import Statistics
 from .track import Track
@@ -39,7 +40,7 @@ STOP_REASONS = {
 }
 
 
-class BaseRun(Tabled):
+class BaseRun(Tabled, Differentiated):
     """The record of an integration: K samples of N bodies.
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
@@ -190,6 +191,7 @@ class BaseRun(Tabled):
             run = type(self)(self.system, record, self.statistics, self.integrator)
             run.events, run.stop_reason, run.dense = self.events, self.stop_reason, self.dense
             run._start, run.switched_off, run.error = self._start, self.switched_off, self.error
+            run._parameters = self._parameters
             return run
         r = self._record
         core = _core.State(
@@ -208,7 +210,8 @@ class BaseRun(Tabled):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, BaseRun):
             return NotImplemented
-        alike = all(np.array_equal(self._record[name], other._record[name]) for name in self._record)
+        alike = self._record.keys() == other._record.keys() and self._parameters == other._parameters
+        alike = alike and all(np.array_equal(values, other._record[name]) for name, values in self._record.items())
         alike = alike and same(self._start, other._start)
         how = self.stop_reason == other.stop_reason and self.events == other.events
         how = how and self.switched_off == other.switched_off

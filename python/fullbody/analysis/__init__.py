@@ -1,0 +1,34 @@
+"""Relative equilibria, periodic orbits, sections and frequencies of motions, by exact derivatives.
+
+Everything here needs scipy: ``pip install fullbody[analysis]``.
+"""
+
+from .branch import Branch, Fold, branch
+from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium
+from .least import Equilibria, Touching, equilibria
+from .modes import Modes
+from .periodic import PeriodicOrbit, periodic_orbit
+from .section import Frequencies, Section, frequencies, section
+
+__all__ = [
+    "Branch",
+    "Equilibria",
+    "Fold",
+    "Frequencies",
+    "Modes",
+    "PeriodicOrbit",
+    "RelativeEquilibrium",
+    "Section",
+    "Touching",
+    "averaged",
+    "branch",
+    "equilibria",
+    "frequencies",
+    "periodic_orbit",
+    "relative_equilibrium",
+    "section",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

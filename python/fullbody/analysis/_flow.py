@@ -1,0 +1,152 @@
+"""The motion of a pair over a time, with its derivatives, in 18 relative numbers.
+
+Departures are, in order: of the separation r and of v = dr/dt, and for each body a rotation vector in its frame and its
+spin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base import rotations
+from ..motion.simulation import System
+from ._pair import Array, Pair, Pose, cross, exponential
+
+__all__ = ["Point", "flow", "generators", "momentum_rows"]
+
+#: Rows of rotation vectors and spins of both bodies.
+TURNS = (slice(6, 9), slice(12, 15))
+SPINS = (slice(9, 12), slice(15, 18))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A state of a pair whose barycentre is at rest."""
+
+    pose: Pose
+    velocity: Array
+    spin: Array
+
+    @classmethod
+    def of(cls, core: Any) -> Point:
+        """Of a core's state."""
+        r, v = (values[1] - values[0] for values in (core.position, core.velocity))
+        return cls(Pose(r, core.attitude), v, core.spin)
+
+    def moved(self, by: Array) -> Point:
+        """The point after a departure (18,)."""
+        pose = self.pose.moved(np.concatenate([by[:3], by[TURNS[0]], by[TURNS[1]]]))
+        return Point(pose, self.velocity + by[3:6], self.spin + np.array([by[SPINS[0]], by[SPINS[1]]]))
+
+    def turned(self, angle: float, own: Array) -> Point:
+        """The point turned by an angle about z, its bodies first by quaternions (2, 4) in their frames."""
+        q = rotations.turn(2, angle)
+        R = rotations.matrices(q)
+        attitude = [rotations.product(q, a, turn) for a, turn in zip(self.pose.attitude, own, strict=True)]
+        spin = np.einsum("kji,kj->ki", rotations.matrices(own), self.spin)
+        return Point(Pose(R @ self.pose.r, np.array(attitude)), R @ self.velocity, spin)
+
+    def less(self, other: Point) -> Array:
+        """The departure (18,) from another point, to first order in it where it is small."""
+        found = np.zeros(18)
+        found[:3], found[3:6] = self.pose.r - other.pose.r, self.velocity - other.velocity
+        for k in range(2):
+            found[TURNS[k]] = rotation_vector(self.pose.attitude[k], other.pose.attitude[k])
+            found[SPINS[k]] = self.spin[k] - other.spin[k]
+        return found
+
+    def rates(self, pair: Pair) -> Array:
+        """How fast the numbers change (18,)."""
+        loads, _ = pair.loads(self.pose)
+        found = np.zeros(18)
+        found[:3], found[3:6] = self.velocity, loads[:3] / pair.mass
+        for k in range(2):
+            found[TURNS[k]] = self.spin[k]
+            if not pair.is_point(k):
+                moments = pair.inertia[k]
+                torque = loads[3 + 3 * k : 6 + 3 * k] - np.cross(self.spin[k], moments * self.spin[k])
+                found[SPINS[k]] = torque / moments
+        return found
+
+    def energy_row(self, pair: Pair) -> Array:
+        """The change of the energy with a departure (18,)."""
+        loads, _ = pair.loads(self.pose)
+        found = np.zeros(18)
+        found[:3], found[3:6] = -loads[:3], pair.mass * self.velocity
+        for k in range(2):
+            found[TURNS[k]] = -loads[3 + 3 * k : 6 + 3 * k]
+            found[SPINS[k]] = pair.inertia[k] * self.spin[k]
+        return found
+
+    def energy(self, pair: Pair) -> float:
+        kinetic = pair.mass * self.velocity @ self.velocity + np.sum(pair.inertia * self.spin**2)
+        return float(0.5 * kinetic + pair.loads(self.pose)[1])
+
+    def angular_momentum(self, pair: Pair) -> Array:
+        """Total (3,)."""
+        turned = np.einsum("kij,kj->i", self.pose.rotation, pair.inertia * self.spin)
+        return np.asarray(pair.mass * np.cross(self.pose.r, self.velocity) + turned)
+
+
+def rotation_vector(attitude: Array, other: Array) -> Array:
+    """The rotation vector (3,), in the body's frame, from another attitude."""
+    w, *v = rotations.product(other * [1.0, -1.0, -1.0, -1.0], attitude)
+    size = float(np.linalg.norm(v))
+    angle = 2 * np.arctan2(size, abs(w))
+    return np.array(v) * float(np.sign(w or 1.0) * (angle / size if size > 0.0 else 2.0))
+
+
+def momentum_rows(pair: Pair, point: Point) -> Array:
+    """Changes of the total angular momentum with a departure (3, 18)."""
+    rows = np.zeros((3, 18))
+    rows[:, :3], rows[:, 3:6] = -pair.mass * cross(point.velocity), pair.mass * cross(point.pose.r)
+    for k, R in enumerate(point.pose.rotation):
+        rows[:, TURNS[k]] = -R @ cross(pair.inertia[k] * point.spin[k])
+        rows[:, SPINS[k]] = R * pair.inertia[k]
+    return rows
+
+
+def generators(point: Point, axes: tuple[int | None, int | None]) -> Array:
+    """Departures (18, S) by a turn of all about z, and by turns of bodies about their axes of symmetry."""
+    whole = np.zeros(18)
+    whole[:3], whole[3:6] = np.cross([0.0, 0.0, 1.0], point.pose.r), np.cross([0.0, 0.0, 1.0], point.velocity)
+    columns = [whole]
+    for k in range(2):
+        whole[TURNS[k]] = point.pose.rotation[k][2]
+        axis = axes[k]
+        if axis is None:
+            continue
+        for way in np.eye(3) if axis == 3 else np.eye(3)[[axis]]:
+            column = np.zeros(18)
+            # The spin stays where it is while the body turns below it.
+            column[TURNS[k]], column[SPINS[k]] = way, -np.cross(way, point.spin[k])
+            columns.append(column)
+    return np.array(columns).T
+
+
+def flow(pair: Pair, point: Point, time: float) -> tuple[Point, Array]:
+    """Where a point is after a time, and its transition matrix (18, 18)."""
+    system = pair.system
+    assert isinstance(system, System)
+    start = system._state(pair.state(point.pose, point.velocity, point.spin))
+    run = system.integrate(start, system._units.attach(time, "time"), output="ends", derivatives=True)
+    end = Point.of(run[-1]._core)
+    spread = np.zeros((24, 18))
+    for body, share in enumerate((-pair.masses[1] / pair.total, pair.masses[0] / pair.total)):
+        spread[12 * body : 12 * body + 6, :6] = share * np.eye(6)
+        spread[12 * body + 6 : 12 * body + 12, 6 + 6 * body : 12 + 6 * body] = np.eye(6)
+    gather = np.zeros((18, 24))
+    gather[:6, :6], gather[:6, 12:18] = -np.eye(6), np.eye(6)
+    gather[6:12, 6:12] = gather[12:, 18:] = np.eye(6)
+    transition = np.asarray(getattr(run.transition, "value", run.transition))[-1]
+    return end, gather @ transition @ spread
+
+
+def twist(vector: Array, axis: int) -> Array:
+    """The quaternion of a rotation vector's part about an axis."""
+    own = np.zeros(3)
+    own[axis] = vector[axis]
+    return exponential(own)

@@ -1,0 +1,235 @@
+"""Small departures from uniform rotation: their rates, their energy, and what is left of both without symmetries.
+
+Departures have 18 numbers: of the separation r, rotation vectors v_k of the bodies in their own frames, of p = m dr/dt,
+and of pi_k = I_k omega_k. They are counted in a frame that turns at Omega about z; the frame of a body that is not
+locked turns back at its spin s_k about its axis e_k.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._pair import Array, Pair, Pose, cross
+
+__all__ = ["Rotation", "complement", "even", "kernel"]
+
+
+def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
+    """Columns of length one, orthogonal to each other, that a matrix takes to zero."""
+    _, values, rows = np.linalg.svd(matrix)
+    rank = int(np.sum(values > tolerance * values.max(initial=0.0))) if len(values) else 0
+    found: Array = rows[rank:].T
+    return found
+
+
+def complement(vectors: Array) -> Array:
+    """Columns orthogonal to these columns, which may depend on each other."""
+    return kernel(vectors.T)
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """A pose that turns uniformly about z, and the spins s_k that bodies have beside it about their axes of symmetry.
+
+    Attributes
+    ----------
+    axes : tuple of int or None
+        For each body its axis of symmetry, 3 for a sphere or a point; none where it has none.
+    spin : ndarray, (2,)
+        s_k, zero of locked bodies.
+    free : tuple of bool
+        Which bodies are not locked.
+    """
+
+    pair: Pair
+    pose: Pose
+    rate: float
+    axes: tuple[int | None, int | None]
+    spin: Array
+    free: tuple[bool, bool]
+
+    @property
+    def omega(self) -> Array:
+        return np.array([0.0, 0.0, self.rate])
+
+    @property
+    def turning(self) -> Array:
+        """Omega in both body frames (2, 3)."""
+        found: Array = np.einsum("kji,j->ki", self.pose.rotation, self.omega)
+        return found
+
+    def axis(self, body: int) -> Array:
+        """The direction e_k (3,) of a body's spin in its frame; of a sphere that of Omega."""
+        axis = self.axes[body]
+        if axis is None or axis == 3:
+            return np.asarray(self.pose.rotation[body].T @ [0.0, 0.0, 1.0])
+        return np.asarray(np.eye(3)[axis])
+
+    @property
+    def spins(self) -> Array:
+        """Angular velocities (2, 3) in the body frames."""
+        found: Array = self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
+        return found
+
+    @property
+    def momenta(self) -> Array:
+        """Angular momenta pi_k (2, 3) in the body frames."""
+        found: Array = self.pair.inertia * self.spins
+        return found
+
+    @property
+    def velocity(self) -> Array:
+        """dr/dt."""
+        return np.asarray(np.cross(self.omega, self.pose.r))
+
+    @property
+    def angular_momentum(self) -> Array:
+        """Total (3,)."""
+        turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
+        return np.asarray(self.pair.mass * np.cross(self.pose.r, self.velocity) + turned)
+
+    @property
+    def energy(self) -> float:
+        kinetic = self.pair.mass * self.velocity @ self.velocity + np.sum(self.momenta * self.spins)
+        return float(0.5 * kinetic + self.pair.loads(self.pose)[1])
+
+    @property
+    def units(self) -> Array:
+        """Units (18,) of departures in which they all weigh the same: with d the separation, n Kepler's rate and
+        u_k = sqrt(m d^2 / I_k) radians, they are d, u_k, m d n and m d^2 n / u_k.
+        """
+        d, m = self.pose.distance, self.pair.mass
+        n = np.sqrt(self.pair.strength / (m * d**3))
+        largest = self.pair.inertia.max(axis=1)
+        turns = np.sqrt(m * d * d / np.where(largest > 0.0, largest, m * d * d))
+        return np.repeat([d, *turns, m * d * n, *(m * d * d * n / turns)], 3)
+
+    def symmetries(self) -> Array:
+        """Changes (9, S) of the pose that change nothing: a turn of all about z, and of bodies about their axes."""
+        columns = [np.concatenate([np.cross([0.0, 0.0, 1.0], self.pose.r), *(R[2] for R in self.pose.rotation)])]
+        for body in range(2):
+            for way in self._free_turns(body):
+                column = np.zeros(9)
+                column[3 + 3 * body : 6 + 3 * body] = way
+                columns.append(column)
+        return np.array(columns).T
+
+    def _free_turns(self, body: int) -> Array:
+        """Rotation vectors (S, 3) of a body that change nothing."""
+        axis = self.axes[body]
+        return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
+
+    def rates(self) -> Array:
+        """The matrix (18, 18) of the linear equations of motion of departures."""
+        pair, omega = self.pair, cross(self.omega)
+        slopes = pair.derivatives(self.pose)
+        A = np.zeros((18, 18))
+        A[:3, :3], A[:3, 9:12] = -omega, np.eye(3) / pair.mass
+        A[9:12, :9], A[9:12, 9:12] = slopes[:3], -omega
+        for k in range(2):
+            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+            A[p, :9] = slopes[3 + 3 * k : 6 + 3 * k]
+            if pair.is_point(k):
+                continue
+            inverse, turning = np.diag(1.0 / pair.inertia[k]), cross(self.turning[k])
+            A[v, v], A[v, p] = -turning, inverse
+            A[p, p] = cross(self.momenta[k]) @ inverse - turning
+        return A
+
+    def energy_form(self) -> Array:
+        """The matrix (18, 18) of twice the energy of departures, less Omega and s_k times their momenta."""
+        pair = self.pair
+        slopes = pair.derivatives(self.pose)
+        Q = np.zeros((18, 18))
+        Q[:9, :9] = -(slopes + slopes.T) / 2
+        Q[9:12, 9:12] = np.eye(3) / pair.mass
+        # -Omega . (dr x dp)
+        Q[:3, 9:12] = cross(self.omega)
+        Q[9:12, :3] = -cross(self.omega)
+        for k in range(2):
+            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+            if pair.is_point(k):
+                continue
+            turning, momentum = self.turning[k], self.momenta[k]
+            # -Omega_k . (v x dpi) and -Omega_k . (v x (v x pi)) / 2
+            Q[p, p] = np.diag(1.0 / pair.inertia[k])
+            Q[v, p], Q[p, v] = cross(turning), -cross(turning)
+            both = np.outer(turning, momentum)
+            Q[v, v] += (turning @ momentum) * np.eye(3) - (both + both.T) / 2
+        return Q
+
+    def momentum_rows(self) -> Array:
+        """Changes (3 + S, 18) of conserved momenta: of the total, and of the bodies about their axes."""
+        rows = np.zeros((3, 18))
+        rows[:, :3] = -self.pair.mass * cross(self.velocity)
+        rows[:, 9:12] = cross(self.pose.r)
+        more = []
+        for k, R in enumerate(self.pose.rotation):
+            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+            own = np.zeros((3, 18))
+            own[:, v], own[:, p] = -cross(self.momenta[k]), np.eye(3)
+            rows += R @ own
+            more.append(self._free_turns(k) @ own)
+        return np.concatenate([rows, *more])
+
+    def generators(self) -> Array:
+        """Departures (18, S) by the turns of :meth:`symmetries`, which leave all rates as they are."""
+        found = np.zeros((18, self.symmetries().shape[1]))
+        found[:9] = self.symmetries()
+        found[9:12, 0] = self.pair.mass * np.cross([0.0, 0.0, 1.0], self.velocity)
+        for k in range(2):
+            # What a body turns by under its own momentum, the momentum turns back by in its frame.
+            found[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ found[3 + 3 * k : 6 + 3 * k, 1:]
+        return found
+
+    def reduced(self) -> tuple[Array, Array, Array]:
+        """A basis (18, 2 M) of departures that change no momentum and are no symmetry, in :attr:`units`; the matrices
+        (2 M, 2 M) of their rates and of their energy.
+        """
+        units = self.units
+        still = kernel(even(self.momentum_rows() * units))
+        basis = still @ complement(still.T @ (self.generators() / units[:, np.newaxis]))
+        A = self.rates() * units / units[:, np.newaxis]
+        Q = self.energy_form() * np.outer(units, units)
+        return basis * units[:, np.newaxis], basis.T @ A @ basis, basis.T @ Q @ basis
+
+    def amended_hessian(self) -> tuple[Array, Array]:
+        """Curvatures (D,) of the amended potential in :attr:`units` and m r^2 n^2, ascending, and directions (9, D).
+
+        V = U + J . I^-1 J / 2, with I the tensor of inertia of the whole, is the least energy of a pose with the total
+        angular momentum J; bodies that are not locked keep theirs about their axes.
+        """
+        units = self.units
+        Q = self.energy_form() * np.outer(units, units) / (units[9] ** 2 / self.pair.mass)
+        rows = [row * units for row in self.momentum_rows()[:3]]
+        kept = [9, 10, 11]
+        for k in range(2):
+            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+            if self.pair.is_point(k) or (self.free[k] and self.axes[k] == 3):
+                # A point has no momentum, that of a sphere which is not locked stays.
+                Q[v], Q[:, v] = 0.0, 0.0
+                for row in rows:
+                    row[v] = 0.0
+                continue
+            kept += range(p.start, p.stop)
+            if self.free[k]:
+                row = np.zeros(18)
+                row[p] = self.axis(k)
+                rows.append(row)
+        conserved = even(np.array(rows))
+        P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], conserved[:, kept]
+        # The momenta of least energy, given the pose: some that keep the conserved ones, and the best of the others.
+        free, best = kernel(R), -np.linalg.pinv(R) @ conserved[:, :9]
+        best -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ best))
+        V = Q[:9, :9] + mixed @ best + best.T @ mixed.T + best.T @ P @ best
+        ways = complement(self.symmetries() / units[:9, np.newaxis])
+        values, vectors = np.linalg.eigh(ways.T @ (V + V.T) @ ways / 2)
+        return values, (ways @ vectors) * units[:9, np.newaxis]
+
+
+def even(rows: Array) -> Array:
+    """Rows of length one."""
+    found: Array = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    return found

@@ -1,0 +1,225 @@
+"""Newton's method for uniform rotations of a pair."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from ..errors import BodiesOverlap, NotConverged
+from ._linear import Rotation
+from ._pair import Array, Pair, Pose, cross
+
+__all__ = ["Condition", "Kind", "Problem", "converged", "corrected"]
+
+Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
+
+_STEPS = 60
+#: A step moves the centres by at most this part of their distance, and turns bodies by at most as many radians.
+_LONGEST = 0.2
+#: Relative to the forces: what counts as solved, and where a few further steps only move within round-off.
+_SOLVED, _ROUNDING = 1e-10, 1e-14
+#: A matrix whose smallest singular value is below this part of its largest one is singular.
+_SINGULAR = 1e-9
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What fixes one rotation of a family: a quantity and its value, in numbers of the system's units."""
+
+    kind: Kind
+    value: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Which bodies are locked, and the spins of the others about their axes of symmetry.
+
+    Attributes
+    ----------
+    axes : tuple of int or None
+        Axes of symmetry, as in :class:`Rotation`.
+    spin : dict of float
+        For each body that is not locked its whole spin about its axis.
+    """
+
+    pair: Pair
+    axes: tuple[int | None, int | None]
+    spin: dict[int, float]
+
+    def rotation(self, pose: Pose, rate: float) -> Rotation:
+        """The rotation of a pose."""
+        free = (0 in self.spin, 1 in self.spin)
+        bare = Rotation(self.pair, pose, rate, self.axes, np.zeros(2), free)
+        own = [self.spin[k] - bare.turning[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
+        return Rotation(self.pair, pose, rate, self.axes, np.array(own), free)
+
+    def residual(self, rotation: Rotation) -> Array:
+        """What is missing to uniform rotation (9,): of the force on the second body and of both torques."""
+        pair, omega = self.pair, rotation.omega
+        missing, _ = pair.loads(rotation.pose)
+        missing[:3] -= pair.mass * np.cross(omega, rotation.velocity)
+        for k in range(2):
+            missing[3 + 3 * k : 6 + 3 * k] -= np.cross(rotation.turning[k], rotation.momenta[k])
+        return missing
+
+    def slopes(self, rotation: Rotation) -> Array:
+        """Of the residual with the pose and the rate (9, 10)."""
+        pair, pose = self.pair, rotation.pose
+        found = np.zeros((9, 10))
+        found[:, :9] = pair.derivatives(pose)
+        spin = cross(rotation.omega)
+        found[:3, :3] -= pair.mass * spin @ spin
+        found[:3, 9] = 2 * pair.mass * rotation.rate * pose.r * [1.0, 1.0, 0.0]
+        for k in range(2):
+            if self.axes[k] == 3:
+                continue
+            rows = slice(3 + 3 * k, 6 + 3 * k)
+            turning, momentum = rotation.turning[k], rotation.momenta[k]
+            turned, spun = self._turning(rotation, k)
+            found[rows] += cross(momentum) @ turned - cross(turning) @ (pair.inertia[k][:, np.newaxis] * spun)
+        return found
+
+    def _turning(self, rotation: Rotation, body: int) -> tuple[Array, Array]:
+        """Changes (3, 10) of Omega and of the spin in a body's frame."""
+        turned = np.zeros((3, 10))
+        turned[:, 3 + 3 * body : 6 + 3 * body] = cross(rotation.turning[body])
+        turned[:, 9] = rotation.pose.rotation[body][2]
+        if body not in self.spin:
+            return turned, turned
+        axis = rotation.axis(body)
+        return turned, turned - np.outer(axis, axis @ turned)
+
+    def quantity(self, kind: Kind, rotation: Rotation) -> float:
+        """The value of a quantity."""
+        if kind == "separation":
+            return rotation.pose.distance
+        return float(rotation.angular_momentum[2]) if kind == "angular_momentum" else rotation.rate
+
+    def quantity_slope(self, kind: Kind, rotation: Rotation) -> Array:
+        """Of a quantity with the pose and the rate (10,)."""
+        found = np.zeros(10)
+        pose = rotation.pose
+        if kind == "separation":
+            found[:3] = pose.r / pose.distance
+        elif kind == "rate":
+            found[9] = 1.0
+        else:
+            across = pose.r * [1.0, 1.0, 0.0]
+            found[:3] = 2 * self.pair.mass * rotation.rate * across
+            found[9] = self.pair.mass * across @ across
+            for k in range(2):
+                pole = pose.rotation[k][2]
+                spun = self._turning(rotation, k)[1]
+                found += (pole * self.pair.inertia[k]) @ spun
+                found[3 + 3 * k : 6 + 3 * k] += rotation.momenta[k] @ cross(pole)
+        return found
+
+    def scales(self, rotation: Rotation) -> tuple[Array, Array]:
+        """Units of the residual (9,), and of the pose and the rate (10,)."""
+        d = rotation.pose.distance
+        force = self.pair.strength / d**2
+        rate = np.sqrt(force / (self.pair.mass * d))
+        return np.repeat([force, force * d], [3, 6]), np.repeat([d, 1.0, rate], [3, 6, 1])
+
+    def equations(self, rotation: Rotation) -> tuple[Array, Array]:
+        """Slopes (9 + S, 10), the last along symmetries, where nothing is to change; and what is missing (9 + S,).
+
+        In :meth:`scales`, but torques in units in which they change by about one in a radian.
+        """
+        rows, columns = self.scales(rotation)
+        slopes = self.slopes(rotation) * columns
+        for k in range(2):
+            if self.axes[k] != 3:
+                rows[3 + 3 * k : 6 + 3 * k] = np.abs(slopes[3 + 3 * k : 6 + 3 * k]).max()
+        slopes /= rows[:, np.newaxis]
+        still = rotation.symmetries() / columns[:9, np.newaxis]
+        gauge = np.zeros((still.shape[1], 10))
+        gauge[:, :9] = np.linalg.qr(still)[0].T
+        missing = np.concatenate([self.residual(rotation) / rows, np.zeros(len(gauge))])
+        return np.concatenate([slopes, gauge]), missing
+
+
+def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotation:
+    """The uniform rotation near a guess that has a quantity of this value.
+
+    Raises
+    ------
+    NotConverged
+        Where the matrix of the steps is nearly singular, as at a fold in the quantity, and where nothing is found.
+    BodiesOverlap
+    """
+
+    def row(rotation: Rotation, columns: Array) -> tuple[Array, float]:
+        slope = problem.quantity_slope(condition.kind, rotation) * columns
+        unit = max(abs(condition.value), np.abs(slope).max())
+        return slope / unit, (problem.quantity(condition.kind, rotation) - condition.value) / unit
+
+    quantity = condition.kind.replace("_", " ")
+    return _solved(problem, guess, row, f"{quantity} {condition.value:.9g}", quantity)
+
+
+def corrected(problem: Problem, rotation: Rotation, tangent: Array, length: float) -> Rotation:
+    """The uniform rotation across from where a step (10,) in units of :meth:`Problem.scales` leads to.
+
+    Raises
+    ------
+    NotConverged, BodiesOverlap
+        Where the step is too long.
+    """
+    if length == 0.0:
+        return rotation
+    step = length * tangent * problem.scales(rotation)[1]
+    guess = problem.rotation(rotation.pose.moved(step[:9]), rotation.rate + step[9])
+    return _solved(problem, guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
+
+
+def _solved(
+    problem: Problem,
+    rotation: Rotation,
+    row: Callable[[Rotation, Array], tuple[Array, float]],
+    wanted: str,
+    quantity: str,
+    most: int = _STEPS,
+) -> Rotation:
+    """Newton's method with one more equation, given by its row (10,) and what is missing to it."""
+    size = np.inf
+    for _ in range(most):
+        _, columns = problem.scales(rotation)
+        last, lack = row(rotation, columns)
+        matrix, missing = problem.equations(rotation)
+        matrix, missing = np.concatenate([matrix, [last]]), np.append(missing, lack)
+        before, size = size, float(np.abs(missing).max())
+        if size <= _ROUNDING or (size <= _SOLVED and size >= 0.5 * before):
+            return rotation
+        left, values, right = np.linalg.svd(matrix, full_matrices=False)
+        if values[-1] <= _SINGULAR * values[0]:
+            raise NotConverged(
+                f"a relative equilibrium of {wanted}: the matrix of Newton's step is singular (condition "
+                f"{values[0] / max(values[-1], 1e-300):.2g}), as at a fold in {quantity}; expected another quantity to "
+                "be given, or a start away from it"
+            )
+        step = -right.T @ ((left.T @ missing) / values)
+        step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
+        rotation = _moved(problem, rotation, step * columns)
+    raise NotConverged(
+        f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance "
+        f"by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
+        "angular momentum), or the start is too far from it"
+    )
+
+
+def _moved(problem: Problem, rotation: Rotation, step: Array) -> Rotation:
+    """The rotation after a step, of which less is taken where the bodies would overlap."""
+    for _ in range(8):
+        pose = rotation.pose.moved(step[:9])
+        try:
+            problem.pair.loads(pose)
+        except BodiesOverlap as error:
+            overlap = error
+            step = step / 2
+        else:
+            return problem.rotation(pose, rotation.rate + step[9])
+    raise overlap

@@ -1,0 +1,154 @@
+"""Two bodies in plain numbers of their system's units: their poses, loads, derivatives and symmetries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base import rotations
+from ..errors import InvalidInput
+from ..model.system import BaseSystem
+
+__all__ = ["Array", "Pair", "Pose", "cross"]
+
+Array = npt.NDArray[np.float64]
+
+#: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is none.
+_EQUAL = 1e-10
+#: Turns about its axis, in radians, at which a body has to look the same; no whole parts of a turn.
+_TURNS = (0.3, 0.7, 1.1, 1.9, 2.6)
+
+
+def cross(v: Any) -> Array:
+    """The matrix of the vector product with v from the left."""
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def exponential(v: Any) -> Array:
+    """The quaternion (4,) of a rotation vector."""
+    angle = float(np.linalg.norm(v))
+    return np.array([np.cos(angle / 2), *(0.5 * np.sinc(angle / (2 * np.pi)) * np.asarray(v))])
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where two bodies are in a frame that turns with them: the second from the first, and both attitudes."""
+
+    r: Array
+    attitude: Array
+
+    @cached_property
+    def rotation(self) -> Array:
+        """Matrices (2, 3, 3) from the body frames."""
+        return rotations.matrices(self.attitude)
+
+    @property
+    def distance(self) -> float:
+        return float(np.linalg.norm(self.r))
+
+    def moved(self, by: Array) -> Pose:
+        """The pose after a change (9,): of the separation, and rotation vectors in both body frames."""
+        turned = [rotations.product(q, exponential(by[3 + 3 * k : 6 + 3 * k])) for k, q in enumerate(self.attitude)]
+        attitude = np.array(turned)
+        return Pose(self.r + by[:3], attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
+
+
+class Pair:
+    """A system of two bodies left to themselves.
+
+    With m the reduced mass and r the separation, everything is a function of r, the attitudes, p = m dr/dt and the
+    bodies' angular momenta pi_k = I_k omega_k in their own frames.
+    """
+
+    def __init__(self, system: BaseSystem) -> None:
+        if not isinstance(system, BaseSystem):
+            raise InvalidInput(f"system is {system!r}; expected a System")
+        if len(system) != 2:
+            raise InvalidInput(f"the system has {len(system)} bodies; expected two")
+        if system.forces:
+            names = ", ".join(force.name for force in system.forces)
+            raise InvalidInput(f"the system has forces from outside ({names}); expected system.with_forces([])")
+        gravity = system.options["gravity"]
+        if gravity.startswith("multipole"):
+            raise InvalidInput(
+                f"gravity is {gravity!r}, whose derivatives are not known; expected 'focal' or 'surface'"
+            )
+        self.system = system
+        self.masses: Array = np.asarray(system._masses)
+        self.total = float(self.masses.sum())
+        self.mass = float(self.masses.prod() / self.total)
+        self.strength = float(system._G * self.masses.prod())
+        cores = [body._core(system._units, k) for k, body in enumerate(system.bodies)]
+        self.inertia: Array = np.array([np.asarray(core.inertia) for core in cores])
+        self.reach = [self._radius(core) for core in cores]
+        for name, moments in zip(system.names, self.inertia, strict=True):
+            if np.ndim(moments) != 1:
+                raise InvalidInput(f"{name} has no principal frame; expected one")
+
+    @staticmethod
+    def _radius(core: _core.Body) -> float:
+        """A distance that no point of a body exceeds."""
+        sizes = [
+            np.linalg.norm(place) + (shape.circumradius if isinstance(shape, _core.Polyhedron) else max(shape))
+            for shape, _, place, _ in core.parts
+            if shape is not None
+        ]
+        return float(max(sizes, default=0.0))
+
+    def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None, time: float = 0.0) -> _core.State:
+        """The core's state with the barycentre at rest in the origin."""
+        shares = np.array([-self.masses[1], self.masses[0]])[:, np.newaxis] / self.total
+        spin = np.zeros((2, 3)) if spin is None else np.asarray(spin)
+        return _core.State(
+            time, shares * pose.r, shares * np.asarray(velocity), np.ascontiguousarray(pose.attitude), spin
+        )
+
+    def loads(self, pose: Pose) -> tuple[Array, float]:
+        """Force on the second body and both torques (9,), and the potential energy."""
+        state = self.state(pose)
+        with self.system._explaining(lambda: state):
+            force, torque, energy, _ = self.system._core.interactions(state)
+        return np.concatenate([force[1], torque[0], torque[1]]), float(energy)
+
+    def derivatives(self, pose: Pose) -> Array:
+        """Of the loads with a change of the pose (9, 9)."""
+        state = self.state(pose)
+        with self.system._explaining(lambda: state):
+            full = self.system._core.jacobian(state)
+        rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
+        found: Array = full[np.ix_(rows, columns)]
+        return found
+
+    def is_point(self, body: int) -> bool:
+        """Whether a body has no attitude."""
+        return not self.inertia[body].any()
+
+    def axis(self, body: int, pose: Pose) -> int | None:
+        """The body axis about which a body looks the same after any turn, from the other one; none, or 3 of a sphere.
+
+        The moments of inertia have to be equal, and turns about the axis to leave no torque about it.
+        """
+        moments = self.inertia[body]
+        axes = self.system.bodies[body]._semi_axes(self.system._units)
+        if axes is not None or self.is_point(body):
+            lengths = np.asarray(axes if axes is not None else (1.0, 1.0, 1.0))
+            equal = [k for k in range(3) if lengths[k - 1] == lengths[k - 2]]
+            return 3 if len(equal) == 3 else equal[0] if equal else None
+        for axis in range(3):
+            one, other = moments[axis - 1], moments[axis - 2]
+            if abs(one - other) > _EQUAL * max(one, other):
+                continue
+            torques = []
+            for angle in _TURNS:
+                turn = np.zeros(9)
+                turn[3 + 3 * body + axis] = angle
+                torques.append(self.loads(pose.moved(turn))[0][3 + 3 * body + axis])
+            if np.abs(torques).max() <= _EQUAL * self.strength / pose.distance:
+                return axis
+        return None

@@ -1,0 +1,267 @@
+"""Families of relative equilibria, followed around their folds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import integer, named_options
+from ..base.tables import Table, Tabled, number
+from ..base.units import need
+from ..errors import BodiesOverlap, InvalidInput, NotConverged
+from ..typing import Array as Floats
+from ._linear import Rotation
+from ._newton import Condition, Problem, converged, corrected
+from ._pair import Array
+from .equilibrium import RelativeEquilibrium
+
+__all__ = ["Branch", "Fold", "branch"]
+
+#: Steps along the branch in the units of :meth:`Problem.scales`: the first, the longest and the shortest.
+_FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
+#: What folds: quantities that have an extreme somewhere along a branch.
+_FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Where a branch turns back in a quantity.
+
+    Attributes
+    ----------
+    quantity : str
+        ``"separation"`` or ``"angular_momentum"``.
+    equilibrium : RelativeEquilibrium
+        Where it has its extreme.
+    """
+
+    quantity: str
+    equilibrium: RelativeEquilibrium
+
+    def __repr__(self) -> str:
+        value = number(getattr(self.equilibrium, self.quantity))
+        return f"Fold({self.quantity}={value} at a separation of {number(self.equilibrium.separation)})"
+
+
+class Branch(Tabled):
+    """A family of relative equilibria, made by :func:`branch`; ``branch[k]`` is one of them.
+
+    Attributes
+    ----------
+    equilibria : tuple of RelativeEquilibrium
+        K of them, in the order of the branch.
+    folds : tuple of Fold
+        Where separation or angular momentum have extremes, in the order of the branch.
+    end : str
+        Why the branch ends: ``"reached"``; ``"contact"``, where the bodies would overlap; ``"steps"``, after the number
+        of steps that were allowed; ``"lost"``, where Newton's method found no further equilibrium however near.
+    """
+
+    def __init__(self, equilibria: list[RelativeEquilibrium], folds: list[Fold], end: str) -> None:
+        self.equilibria = tuple(equilibria)
+        self.folds = tuple(folds)
+        self.end = end
+
+    def _column(self, name: str, dimension: str) -> Any:
+        values = [getattr(one, name) for one in self.equilibria]
+        plain = np.array([float(getattr(value, "value", value)) for value in values])
+        return self.equilibria[0].system._units.attach(plain, dimension)
+
+    @cached_property
+    def separation(self) -> Floats:
+        """Distances of the centres (K,)."""
+        found: Floats = self._column("separation", "length")
+        return found
+
+    @cached_property
+    def rate(self) -> Floats:
+        """Rates of turning (K,)."""
+        found: Floats = self._column("rate", "spin")
+        return found
+
+    @cached_property
+    def angular_momentum(self) -> Floats:
+        """Total angular momenta (K,)."""
+        found: Floats = self._column("angular_momentum", "angular momentum")
+        return found
+
+    @cached_property
+    def energy(self) -> Floats:
+        """Total energies (K,)."""
+        found: Floats = self._column("energy", "energy")
+        return found
+
+    @cached_property
+    def frequency(self) -> Floats:
+        """Frequencies of the modes (K, M), ascending at each equilibrium; zero of modes that grow without swinging."""
+        plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
+        found: Floats = self.equilibria[0].system._units.attach(np.array(plain), "spin")
+        return found
+
+    @cached_property
+    def linearly_stable(self) -> npt.NDArray[np.bool_]:
+        """Whether no mode grows (K,)."""
+        return np.array([one.linearly_stable for one in self.equilibria])
+
+    @cached_property
+    def energetically_stable(self) -> npt.NDArray[np.bool_]:
+        """Whether the energy has a minimum (K,)."""
+        return np.array([one.energetically_stable for one in self.equilibria])
+
+    def plot(
+        self,
+        ax: Any = None,
+        *,
+        x: Literal["separation", "angular_momentum", "rate", "energy"] = "separation",
+        y: Literal["separation", "angular_momentum", "rate", "energy", "frequency"] = "angular_momentum",
+        **kwargs: Any,
+    ) -> Any:
+        """Draw one quantity over another, stable parts as full lines, with the folds.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+        x, y : str
+            Names of attributes; ``y="frequency"`` draws all modes.
+        **kwargs
+            For ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib axes
+        """
+        from .pictures import branch
+
+        return branch(self, ax, x, y, **kwargs)
+
+    def __len__(self) -> int:
+        return len(self.equilibria)
+
+    def __getitem__(self, index: int) -> RelativeEquilibrium:
+        return self.equilibria[index]
+
+    def _tables(self) -> tuple[Table, ...]:
+        rows = [("folds", "; ".join(map(repr, self.folds)) or "none"), ("end", self.end)]
+        for name in ("separation", "angular_momentum", "energy"):
+            first, last = (number(getattr(self.equilibria[k], name)) for k in (0, -1))
+            rows.append((name.replace("_", " "), f"from {first} to {last}"))
+        return (Table(f"Branch of {len(self)} relative equilibria", (), list(rows)),)
+
+    def __repr__(self) -> str:
+        ends = " to ".join(number(self.equilibria[k].separation) for k in (0, -1))
+        folds = f"{len(self.folds)} fold{'s' if len(self.folds) != 1 else ''}"
+        return f"Branch({len(self)} equilibria, separation {ends}, {folds}, end={self.end!r})"
+
+
+@named_options
+def branch(
+    equilibrium: RelativeEquilibrium,
+    over: Literal["separation", "angular_momentum"] = "separation",
+    *,
+    until: Any,
+    steps: int = 400,
+) -> Branch:
+    """Follow the family of a relative equilibrium to another separation or angular momentum, around its folds.
+
+    Parameters
+    ----------
+    equilibrium : RelativeEquilibrium
+        Where to begin; spins of bodies that are not locked are kept.
+    over : {"separation", "angular_momentum"}
+        The quantity that ``until`` is a value of. The branch sets out towards it; behind a fold it may come back
+        without having reached it.
+    until : float or Quantity
+    steps : int
+        At most so many.
+
+    Returns
+    -------
+    Branch
+
+    Notes
+    -----
+    Pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's method in the
+    space across it, which is regular at folds. Folds are the roots of the tangent's component by scipy's ``brentq``.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, _ = fullbody.systems.kw4()
+    >>> far = fullbody.analysis.relative_equilibrium(system, separation=4.0)
+    >>> fullbody.analysis.branch(far, "separation", until=3.0)
+    Branch(... equilibria, separation 4 to 3, 1 fold, end='reached')
+    """
+    if not isinstance(equilibrium, RelativeEquilibrium):
+        raise InvalidInput(f"equilibrium is {equilibrium!r}; expected a RelativeEquilibrium")
+    if over not in _FOLDING:
+        raise InvalidInput(f"over is {over!r}; expected 'separation' or 'angular_momentum'")
+    dimension = "length" if over == "separation" else "angular momentum"
+    goal = equilibrium.system._units.number(until, dimension, "until")
+    count = integer(steps)
+    if goal <= 0.0 or count is None or count < 1:
+        what, value = ("until", until) if goal <= 0.0 else ("steps", steps)
+        raise InvalidInput(f"{what} is {value!r}; expected a number above zero")
+    problem, rotation = equilibrium._problem, equilibrium._rotation
+    towards = np.sign(goal - problem.quantity(over, rotation))
+    found, folds = [equilibrium], list[Fold]()
+    if towards == 0.0:
+        return Branch(found, folds, "reached")
+    tangent = _tangent(problem, rotation)
+    slope = _slope(problem, rotation, tangent, over)
+    tangent = tangent * (towards if slope == 0.0 else towards * np.sign(slope))
+    length, end = _FIRST, "steps"
+    while len(found) <= count:
+        try:
+            following = corrected(problem, rotation, tangent, length)
+        except (BodiesOverlap, NotConverged) as error:
+            length /= 2
+            if length >= _SHORTEST:
+                continue
+            end = "contact" if isinstance(error, BodiesOverlap) else "lost"
+            break
+        turned = _tangent(problem, following)
+        turned = turned * np.sign(turned @ tangent)
+        if turned @ tangent < 0.95 and length > _FIRST / 10:
+            length /= 2
+            continue
+        for quantity in _FOLDING:
+            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, turned, quantity) < 0.0:
+                fold = _fold(problem, rotation, tangent, length, quantity)
+                folds.append(Fold(quantity, RelativeEquilibrium(problem, fold)))
+        if (problem.quantity(over, following) - goal) * towards >= 0.0:
+            found.append(RelativeEquilibrium(problem, converged(problem, following, Condition(over, goal))))
+            end = "reached"
+            break
+        found.append(RelativeEquilibrium(problem, following))
+        rotation, tangent, length = following, turned, min(1.3 * length, _LONGEST)
+    return Branch(found, folds, end)
+
+
+def _tangent(problem: Problem, rotation: Rotation) -> Array:
+    """The direction (10,) of length one in which the equilibria go on, in the units of :meth:`Problem.scales`."""
+    found: Array = np.linalg.svd(problem.equations(rotation)[0])[2][-1]
+    return found
+
+
+def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
+    """How fast a quantity changes along a direction."""
+    return float(problem.quantity_slope(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
+
+
+def _fold(problem: Problem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:
+    """The extreme of a quantity within a step."""
+    with need("analysis", "a branch of equilibria"):
+        from scipy.optimize import brentq
+
+    def slope(part: float) -> float:
+        place = corrected(problem, rotation, tangent, part)
+        turned = _tangent(problem, place)
+        return _slope(problem, place, turned * np.sign(turned @ tangent), quantity)
+
+    solve: Callable[..., float] = brentq
+    return corrected(problem, rotation, tangent, solve(slope, 0.0, length, xtol=1e-14, rtol=1e-14))

@@ -1,0 +1,200 @@
+"""All relative equilibria of an angular momentum, and the one of least energy."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..base.arguments import named_options
+from ..base.tables import Table, Tabled, head, number
+from ..errors import BodiesOverlap, InvalidInput, NotConverged
+from ..model.state import State
+from ..model.system import BaseSystem
+from ..typing import Scalar
+from ._newton import Condition, Problem, converged
+from ._pair import Pair
+from ._starts import Axes, aligned, alignments, contact, rotation_at, scan
+from .equilibrium import RelativeEquilibrium
+
+__all__ = ["Equilibria", "Touching", "equilibria"]
+
+#: Energies and separations that differ by less, relative to their size, are the same.
+_SAME = 1e-12
+
+
+class Touching(Tabled):
+    """Two bodies at rest upon each other that turn as one.
+
+    Attributes
+    ----------
+    system : System
+    state : State
+    """
+
+    def __init__(self, pair: Pair, axes: Axes, angular_momentum: float) -> None:
+        pose = aligned(axes, contact(pair, axes))
+        poles = [axes[k][1] for k in range(2)]
+        inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
+        rate = angular_momentum / inertia
+        rotation = Problem(pair, (None, None), {}).rotation(pose, rate)
+        self.system: BaseSystem = pair.system
+        self.state: State = pair.system._state(pair.state(pose, rotation.velocity, rotation.spins))
+        self._numbers = {"separation": pose.distance, "rate": rate, "energy": rotation.energy}
+        self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
+
+    @property
+    def separation(self) -> Scalar:
+        """Distance of the centres."""
+        found: Scalar = self.system._units.attach(self._numbers["separation"], "length")
+        return found
+
+    @property
+    def rate(self) -> Scalar:
+        """Rate at which the pair turns."""
+        found: Scalar = self.system._units.attach(self._numbers["rate"], "spin")
+        return found
+
+    @property
+    def energy(self) -> Scalar:
+        """Total energy."""
+        found: Scalar = self.system._units.attach(self._numbers["energy"], "energy")
+        return found
+
+    @property
+    def rests(self) -> bool:
+        """Whether gravity presses the bodies together more than the rotation pulls them apart."""
+        return bool(self._pressure < 0.0)
+
+    def _tables(self) -> tuple[Table, ...]:
+        rows = [(name, number(getattr(self, name))) for name in ("separation", "rate", "energy")]
+        return (Table("Touching bodies", (), [*rows, ("rest upon each other", "yes" if self.rests else "no")]),)
+
+    def __repr__(self) -> str:
+        rests = "at rest upon each other" if self.rests else "pulled apart by the rotation"
+        return f"Touching(separation={number(self.separation)}, energy={number(self.energy)}, {rests})"
+
+
+class Equilibria(Tabled):
+    """What :func:`equilibria` finds.
+
+    Attributes
+    ----------
+    angular_momentum : float or Quantity
+    apart : tuple of RelativeEquilibrium
+        In ascending order of energy.
+    touching : tuple of Touching
+        Bodies at rest upon each other along principal axes, in ascending order of energy.
+    missed : tuple of str
+        Why alignments that the search came by led to no equilibrium; none for ellipsoids, but at folds.
+    """
+
+    def __init__(
+        self, angular_momentum: Any, apart: list[RelativeEquilibrium], touching: list[Touching], missed: list[str]
+    ) -> None:
+        self.angular_momentum = angular_momentum
+        self.apart = tuple(sorted(apart, key=_energy))
+        self.touching = tuple(sorted(touching, key=_energy))
+        self.missed = tuple(missed)
+
+    @cached_property
+    def least(self) -> RelativeEquilibrium | Touching:
+        """The state of least energy, in which a pair ends that loses energy and keeps its angular momentum."""
+        everything: list[RelativeEquilibrium | Touching] = [*self.apart, *self.touching]
+        if not everything:
+            raise NotConverged("no equilibrium was found, neither apart nor touching; see .missed")
+        return min(everything, key=_energy)
+
+    def _tables(self) -> tuple[Table, ...]:
+        both: list[RelativeEquilibrium | Touching] = [*self.apart, *self.touching]
+        units = [getattr(getattr(both[0], name), "unit", "") for name in ("separation", "energy")] if both else ["", ""]
+        rows = []
+        for one in sorted(both, key=_energy):
+            plain = [float(getattr(value, "value", value)) for value in (one.separation, one.energy)]
+            if isinstance(one, Touching):
+                kind = "touching"
+            else:
+                kind = "minimum" if one.energetically_stable else "stable" if one.linearly_stable else "unstable"
+            rows.append((*(number(value) for value in plain), kind))
+        header = (head("separation", units[0]), head("energy", units[1]), "kind")
+        return (Table(f"Equilibria of angular momentum {number(self.angular_momentum)}", header, list(rows)),)
+
+    def __repr__(self) -> str:
+        return (
+            f"Equilibria({len(self.apart)} apart, {len(self.touching)} touching, "
+            f"angular_momentum={number(self.angular_momentum)}, least: {self.least!r})"
+        )
+
+
+def _energy(one: RelativeEquilibrium | Touching) -> float:
+    energy = one.energy
+    return float(getattr(energy, "value", energy))
+
+
+@named_options
+def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
+    """All relative equilibria of a pair with a given angular momentum, both bodies locked, and the least of energy.
+
+    Parameters
+    ----------
+    system : System
+        Two bodies, without forces from outside.
+    angular_momentum : float or Quantity
+        Total, about the barycentre.
+
+    Returns
+    -------
+    Equilibria
+
+    Notes
+    -----
+    At a given angular momentum J the equilibria are the stationary points of the amended potential
+    V = U + J . I^-1 J / 2 (Smale 1970, Scheeres 2006). The search takes every alignment of principal axes along the
+    line and along J, at all separations from contact outwards, and finishes with Newton's method. Where bodies rest
+    upon each other along principal axes, V counts with the distance of contact. Equilibria with tilted axes and contact
+    at other points are not searched.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> found = fullbody.analysis.equilibria(system, 8e11)
+    >>> found.least.energetically_stable, len(found.apart)
+    (True, 72)
+    """
+    pair = Pair(system)
+    value = system._units.number(angular_momentum, "angular momentum", "angular_momentum")
+    if value <= 0.0:
+        raise InvalidInput(f"angular_momentum is {angular_momentum!r}; expected a number above zero")
+    apart: list[RelativeEquilibrium] = []
+    touching: list[Touching] = []
+    missed: list[str] = []
+    for axes in alignments(pair):
+        distance = contact(pair, axes)
+        where = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
+        problem = Problem(pair, (pair.axis(0, where), pair.axis(1, where)), {})
+        for near in scan(problem, axes, value).crossings(value):
+            guess = rotation_at(problem, aligned(axes, float(near)))
+            if guess is None:
+                continue
+            try:
+                one = RelativeEquilibrium(problem, converged(problem, guess, Condition("angular_momentum", value)))
+            except (NotConverged, BodiesOverlap) as error:
+                missed.append(str(error))
+                continue
+            if not any(_same(one, other) for other in apart):
+                apart.append(one)
+        if distance > 0.0:
+            rest = Touching(pair, axes, value)
+            if rest.rests:
+                touching.append(rest)
+    return Equilibria(system._units.attach(np.float64(value), "angular momentum"), apart, touching, missed)
+
+
+def _same(one: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
+    """Whether two equilibria are one."""
+    first, second = (
+        np.array([float(getattr(value, "value", value)) for value in (e.separation, e.energy)]) for e in (one, other)
+    )
+    return bool(np.all(np.abs(first - second) <= _SAME * np.abs(first)))

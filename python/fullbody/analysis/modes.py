@@ -1,0 +1,213 @@
+"""Normal modes of a relative equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import integer, named_options
+from ..base.tables import Table, Tabled, head, number
+from ..base.units import numbers, scalar
+from ..errors import InvalidInput
+from ..model.state import State
+from ..model.system import BaseSystem
+from ..typing import Array as Floats
+from ..typing import Scalar
+from ._linear import Rotation
+from ._pair import Array
+
+__all__ = ["Modes", "departed", "modes_of"]
+
+_Complex = npt.NDArray[np.complex128]
+#: Growth of a mode, relative to the rate of the fastest one, that rounding of nearly equal eigenvalues may leave.
+STEADY = 1e-7
+
+
+@named_options
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(Tabled):
+    """Normal modes: all motions near a relative equilibrium are sums of them.
+
+    Departures go as Re(shape exp((growth + i frequency) t)). They are the modes that are left without symmetries: of
+    two bodies without axes of symmetry seven.
+
+    Attributes
+    ----------
+    system : System
+    rate : float or Quantity
+        At which the equilibrium turns.
+    frequency : ndarray or Quantity, (M,)
+        Angular, ascending; zero where a mode grows without swinging.
+    growth : ndarray or Quantity, (M,)
+        Rates of growth. A mode of frequency zero that grows stands for its twin, which decays, as well; of two modes
+        of one frequency one grows and one decays.
+    position : ndarray of complex, (M, 3)
+        Departures of the separation in units of it: x away from each other, z along the angular momentum, y zero, for
+        the frame follows the line of the bodies.
+    rotation : ndarray of complex, (M, 2, 3)
+        Rotation vectors of the bodies in their own frames, radians. The largest part of a mode's position and rotation
+        is 1.
+    energy_sign : ndarray of int, (M,)
+        The sign of the energy that a mode adds to the equilibrium at the same momenta; zero for one that grows or
+        decays.
+    in_plane : ndarray of bool, (M,)
+        Whether a mode stays in the plane of the orbit, with all turns about its normal.
+    """
+
+    system: BaseSystem
+    rate: Scalar
+    frequency: Floats
+    growth: Floats
+    position: _Complex
+    rotation: _Complex
+    energy_sign: npt.NDArray[np.int64]
+    in_plane: npt.NDArray[np.bool_]
+    _rotation: Rotation
+    _departures: _Complex
+
+    @property
+    def period(self) -> Floats:
+        """2 pi by the frequency, (M,); infinite where that is zero."""
+        with np.errstate(divide="ignore"):
+            plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
+        found: Floats = self.system._units.attach(plain, "time")
+        return found
+
+    def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
+        """The state of the equilibrium with one mode added, to first order.
+
+        Parameters
+        ----------
+        mode : int
+            Its place.
+        amplitude : float
+            The size of the largest part of its position and rotation: of the separation in units of it, or radians.
+        phase : float
+            Of the mode, radians.
+
+        Returns
+        -------
+        State
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, _ = fullbody.systems.didymos_after_dart()
+        >>> equilibrium = fullbody.analysis.relative_equilibrium(
+        ...     fullbody.analysis.averaged(system, "Didymos"), separation=1.2, spin={"Didymos": 2.78}
+        ... )
+        >>> equilibrium.modes.excited(0, 1e-3).position.shape
+        (2, 3)
+        """
+        place = integer(mode)
+        if place is None or not -len(self) <= place < len(self):
+            raise InvalidInput(f"mode is {mode!r}; expected 0 to {len(self) - 1}, one of the {len(self)} modes")
+        sizes = [scalar(numbers(value, name), name) for name, value in (("amplitude", amplitude), ("phase", phase))]
+        if not np.isfinite(sizes).all():
+            raise InvalidInput(f"amplitude and phase are {amplitude!r} and {phase!r}; expected finite numbers")
+        return departed(self._rotation, np.real(sizes[0] * np.exp(1j * sizes[1]) * self._departures[:, place]))
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the modes: how far the separation and the bodies swing in each, a panel each.
+
+        Parameters
+        ----------
+        axes : array of matplotlib axes, optional
+            As many as modes.
+
+        Returns
+        -------
+        ndarray of matplotlib axes
+        """
+        from .pictures import modes
+
+        return modes(self, axes)
+
+    def __len__(self) -> int:
+        return len(self.in_plane)
+
+    def _tables(self) -> tuple[Table, ...]:
+        unit = getattr(self.frequency, "unit", "")
+        header = (head("frequency", unit), "by rate", head("growth", unit), "plane", "energy", "largest in")
+        rate = np.asarray(getattr(self.rate, "value", self.rate))
+        rows = []
+        for k, frequency in enumerate(np.asarray(getattr(self.frequency, "value", self.frequency))):
+            growth = np.asarray(getattr(self.growth, "value", self.growth))[k]
+            sign = {1: "+", 0: "0", -1: "-"}[int(self.energy_sign[k])]
+            plane = "in" if self.in_plane[k] else "out of"
+            rows.append((number(frequency), number(frequency / rate, 6), number(growth, 4), plane, sign, self._part(k)))
+        return (Table("Modes", header, list(rows)),)
+
+    def _part(self, mode: int) -> str:
+        """The largest part of a mode in words."""
+        names = self.system.names
+        words = ["distance", "longitude", "latitude"]
+        words += [f"turn of {name} about {axis}" for name in names for axis in "xyz"]
+        return words[int(np.abs([*self.position[mode], *self.rotation[mode].ravel()]).argmax())]
+
+    def __repr__(self) -> str:
+        frequency = np.array2string(np.asarray(getattr(self.frequency, "value", self.frequency)), precision=6)
+        growing = int(np.sum(np.asarray(getattr(self.growth, "value", self.growth)) > 0))
+        unit = f" {self.frequency.unit}" if hasattr(self.frequency, "unit") else ""
+        return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
+
+
+def departed(rotation: Rotation, departure: Array) -> State:
+    """The state of a uniform rotation at a departure (18,)."""
+    pair = rotation.pair
+    velocity = rotation.velocity + departure[9:12] / pair.mass
+    spins = rotation.spins.copy()
+    for k in range(2):
+        if not pair.is_point(k):
+            spins[k] += departure[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
+    return pair.system._state(pair.state(rotation.pose.moved(departure[:9]), velocity, spins))
+
+
+def modes_of(rotation: Rotation) -> Modes:
+    """The modes of a uniform rotation."""
+    basis, rates, energy = rotation.reduced()
+    values, vectors = np.linalg.eig(rates)
+    steady = STEADY * np.abs(values).max(initial=0.0)
+    values = np.where(np.abs(values.real) <= steady, 1j * values.imag, values)
+    values = np.where(np.abs(values.imag) <= 1e-12 * steady / STEADY, values.real + 0j, values)
+    values = np.where(np.abs(values) <= steady, 0.0, values)
+    kept = _of_pairs(values)
+    whole = (basis @ vectors)[:, kept]
+    # Turned as a whole so that the line of the bodies keeps its longitude.
+    turn = rotation.generators()[:, :1]
+    whole = whole - turn * (whole[1] / turn[1])
+    parts = whole[:9] / np.repeat([rotation.pose.distance, 1.0], [3, 6])[:, np.newaxis]
+    scale = np.array([column[np.abs(column).argmax()] for column in parts.T])
+    whole, parts = whole / scale, parts / scale
+    signs = []
+    for place, k in enumerate(kept):
+        amount = np.real(vectors[:, k].conj() @ energy @ vectors[:, k]) / abs(scale[place]) ** 2
+        signs.append(0 if values[k].real != 0.0 or values[k] == 0.0 else int(np.sign(amount)))
+    about = [np.einsum("kij,kj->ki", rotation.pose.rotation, column[3:].reshape(2, 3)) for column in parts.T]
+    flat = [
+        max(abs(column[2]), np.abs(turns[:, :2]).max()) < 1e-6 for column, turns in zip(parts.T, about, strict=True)
+    ]
+    attach = rotation.pair.system._units.attach
+    return Modes(
+        rotation.pair.system,
+        attach(rotation.rate, "spin"),
+        attach(np.array([values[k].imag for k in kept]), "spin"),
+        attach(np.array([values[k].real + 0.0 for k in kept]), "spin"),
+        np.ascontiguousarray(parts[:3].T),
+        np.ascontiguousarray(parts[3:].T.reshape(-1, 2, 3)),
+        np.array(signs, dtype=np.int64),
+        np.array(flat, dtype=bool),
+        rotation,
+        whole,
+    )
+
+
+def _of_pairs(values: _Complex) -> list[int]:
+    """Places of the eigenvalues that stand for their pairs: what swings forward, else what grows, and half of zeros."""
+    still = np.flatnonzero(values == 0.0)
+    leading = (values.imag > 0.0) | ((values.imag == 0.0) & (values.real > 0.0))
+    kept = [*still[: len(still) // 2], *np.flatnonzero(leading)]
+    return sorted(kept, key=lambda k: (values[k].imag, -values[k].real))

@@ -1,0 +1,106 @@
+"""Pictures of modes, branches and sections."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..base.tables import number
+from ..errors import InvalidInput
+from ..plots._style import LINES, check_axes, grid, legend, line, matplotlib, panels, plain, single, wishes
+
+_QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
+#: Parts of a mode below this are not drawn.
+_SEEN = 1e-3
+
+
+def _bare(values: Any) -> tuple[Any, str]:
+    """Numbers, and their unit in brackets."""
+    unit = getattr(values, "unit", None)
+    text = f" [{unit.to_string('unicode')}]" if unit is not None else " [system units]"
+    return np.asarray(getattr(values, "value", values)), text
+
+
+def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
+    """See :meth:`Branch.plot`."""
+    for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
+        if name not in known:
+            raise InvalidInput(f"{what} is {name!r}; expected one of {', '.join(known)}")
+    kwargs = wishes(kwargs)
+    ax = single(ax, (6.0, 4.0))
+    (across, x_unit), (up, y_unit) = (_bare(getattr(branch, name)) for name in (x, y))
+    columns = up.reshape(len(branch), -1)
+    kinds = np.where(branch.energetically_stable, 0, np.where(branch.linearly_stable, 1, 2))
+    names = ("minimum of energy", "linearly stable", "unstable")
+    seen = set()
+    # Pieces of one kind; each goes on to the first point of the next, so that the curve has no gaps.
+    ends = [*np.flatnonzero(np.diff(kinds)) + 1, len(kinds)]
+    begin = 0
+    for end in ends:
+        kind = int(kinds[begin])
+        for column in columns.T:
+            style = {**LINES[kind], "linewidth": 1.4, **kwargs}
+            called = names[kind] if kind not in seen and "label" not in kwargs else None
+            ax.plot(across[begin : end + 1], column[begin : end + 1], **{"label": called, **style})
+            seen.add(kind)
+        begin = end
+    for fold in branch.folds if y != "frequency" else ():
+        place = [float(_bare(getattr(fold.equilibrium, name))[0]) for name in (x, y)]
+        ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_words(fold.quantity)}")
+    ax.set_xlabel(_words(x) + x_unit)
+    ax.set_ylabel(_words(y) + y_unit)
+    if x == "separation" and branch.end == "contact":
+        ax.axvline(across[-1], color="0.6", linewidth=0.8, linestyle=":")
+        ax.annotate(
+            "contact", (across[-1], 0.5), xycoords=("data", "axes fraction"), rotation=90, va="center", ha="right",
+            fontsize="small", color="0.4", xytext=(-2, 0), textcoords="offset points",
+        )  # fmt: skip
+    grid(ax)
+    legend(ax, columns=2, markerscale=1.0)
+    return ax
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def modes(modes: Any, axes: Any) -> Any:
+    """See :meth:`Modes.plot`."""
+    count = len(modes)
+    flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
+    names = modes.system.names
+    labels = ["distance", "longitude", "latitude", *(f"{plain(name)} about {axis}" for name in names for axis in "xyz")]
+    phase = np.linspace(0.0, 2.0, 201)
+    shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
+    styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
+    for place, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
+        frequency = float(np.asarray(getattr(modes.frequency, "value", modes.frequency))[place])
+        turns = phase if frequency > 0.0 else np.zeros_like(phase)
+        for k, part in enumerate(shape):
+            if abs(part) > _SEEN:
+                ax.plot(phase, np.real(part * np.exp(2j * np.pi * turns)), label=labels[k], **styles[k])
+        if frequency > 0.0:
+            title = f"period {number(modes.period[place], 6)}"
+        else:
+            title = f"no oscillation, grows at {number(modes.growth[place], 4)}"
+        plane = "in" if modes.in_plane[place] else "out of"
+        ax.set_title(f"{title}, {plane} the plane", fontsize="small", loc="left")
+        ax.set_ylim(-1.15, 1.15)
+        grid(ax)
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="x-small", handlelength=1.8)
+    flat[-1].set_xlabel("periods of the mode")
+    return given
+
+
+def section(x: Sequence[Any], y: Sequence[Any], ax: Any, **kwargs: Any) -> Any:
+    """See :meth:`Section.plot`."""
+    kwargs = wishes(kwargs)
+    ax = single(None, (6.0, 4.5)) if ax is None else check_axes(ax, "ax")
+    colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(x), 1)))
+    for across, up, colour in zip(x, y, colours, strict=True):
+        style = {"linestyle": "none", "marker": ".", "markersize": 3.0, "markeredgewidth": 0.0, "color": colour}
+        ax.plot(_bare(across)[0], _bare(up)[0], **{**style, **kwargs})
+    grid(ax)
+    return ax

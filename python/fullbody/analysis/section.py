@@ -1,0 +1,210 @@
+"""Surfaces of section, and the frequencies of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import integer, named_options
+from ..base.tables import Table, Tabled
+from ..base.values import ArrayFields
+from ..ensembles.many import integrate_many
+from ..errors import FullbodyError, InvalidInput
+from ..events import Event, Occurrence
+from ..model.state import State
+from ..motion.simulation import System
+from ..observables._signal import lines
+from ..record.base import BaseRun
+from ..typing import Array as Floats
+
+__all__ = ["Frequencies", "Section", "frequencies", "section"]
+
+
+class Section(Tabled):
+    """Where motions cross a surface, made by :func:`section`.
+
+    Attributes
+    ----------
+    system : System
+    crossings : tuple of tuple of State
+        For each start its crossings in order of time.
+    errors : tuple of FullbodyError or None
+        For each start what cut its run short, if that was an error; the crossings until then are kept.
+    """
+
+    def __init__(
+        self, system: System, crossings: Sequence[Sequence[State]], errors: Sequence[FullbodyError | None]
+    ) -> None:
+        self.system = system
+        self.crossings = tuple(tuple(one) for one in crossings)
+        self.errors = tuple(errors)
+
+    def values(self, coordinate: Callable[[State], Any]) -> tuple[Any, ...]:
+        """A coordinate of the crossings: for each start an array (C,).
+
+        Parameters
+        ----------
+        coordinate : callable
+            Takes a State, gives a number or Quantity.
+
+        Returns
+        -------
+        tuple of ndarray or Quantity
+        """
+        if not callable(coordinate):
+            raise InvalidInput(f"coordinate is {coordinate!r}; expected a function of a State")
+        found = []
+        for states in self.crossings:
+            values = [coordinate(state) for state in states]
+            unit = getattr(values[0], "unit", None) if values else None
+            plain = np.array([float(value if unit is None else value.to_value(unit)) for value in values])
+            found.append(plain if unit is None else plain << unit)
+        return tuple(found)
+
+    def plot(self, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
+        """Draw two coordinates of all crossings against each other, a colour for each start.
+
+        Parameters
+        ----------
+        x, y : callable
+            Take a State, give a number or Quantity.
+        ax : matplotlib axes, optional
+        **kwargs
+            For ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib axes
+        """
+        from .pictures import section
+
+        return section(self.values(x), self.values(y), ax, **kwargs)
+
+    def __len__(self) -> int:
+        return len(self.crossings)
+
+    def _tables(self) -> tuple[Table, ...]:
+        rows = [
+            (str(k), str(len(states)), "-" if error is None else str(error))
+            for k, (states, error) in enumerate(zip(self.crossings, self.errors, strict=True))
+        ]
+        return (Table("Section", ("start", "crossings", "cut short by"), list(rows)),)
+
+    def __repr__(self) -> str:
+        failed = sum(error is not None for error in self.errors)
+        counts = f"{sum(map(len, self.crossings))} crossings"
+        return f"Section({len(self)} starts, {counts}{f', {failed} cut short' if failed else ''})"
+
+
+@named_options
+def section(
+    system: System, states: State | Sequence[State], until: Any, event: Event, *, threads: int | None = None
+) -> Section:
+    """Surface of section: the states in which motions make an event happen.
+
+    Parameters
+    ----------
+    system : System
+    states : State or sequence of State
+        Where the motions start.
+    until : float or Quantity
+    event : Event
+        The surface, from :mod:`fullbody.events`: such as :class:`fullbody.events.Periapsis`, or a
+        :class:`fullbody.events.Function` with a direction.
+    threads : int, optional
+        As in :func:`fullbody.integrate_many`.
+
+    Returns
+    -------
+    Section
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> found = fullbody.analysis.section(system, state, 60.0, fullbody.events.Periapsis(0, 1))
+    >>> len(found.crossings[0])
+    4
+    """
+    starts = [states] if isinstance(states, State) else list(states)
+    if not isinstance(event, Event):
+        raise InvalidInput(f"event is {event!r}; expected one of fullbody.events")
+    members = [(system, state) for state in starts]
+    answers = integrate_many(members, until, output="ends", events=[event], threads=threads)
+    crossings, errors = [], []
+    for answer in answers:
+        if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
+            raise answer
+        run = answer if isinstance(answer, BaseRun) else answer.run
+        happened: list[Occurrence] = [] if run is None else run.events
+        crossings.append([one.state for one in happened])
+        errors.append(answer if isinstance(answer, FullbodyError) else None)
+    return Section(system, crossings, errors)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Frequencies(ArrayFields):
+    """The strongest periodic terms of a quantity along a run.
+
+    Attributes
+    ----------
+    frequency : ndarray or Quantity, (F,)
+        Angular, the strongest first.
+    amplitude : ndarray or Quantity, (F,)
+        Half of peak to peak, in the unit of the quantity.
+    """
+
+    frequency: Floats
+    amplitude: Floats
+
+
+@named_options
+def frequencies(run: BaseRun, quantity: Any, count: int = 3) -> Frequencies:
+    """Frequency analysis: the strongest periodic terms of a quantity along a run.
+
+    Parameters
+    ----------
+    run : Run
+        Sampled several times in the shortest period that matters.
+    quantity : array_like or Quantity, (K,), or callable
+        Its values at the samples of the run, or a function of the run that gives them.
+    count : int
+        How many terms at most.
+
+    Returns
+    -------
+    Frequencies
+
+    Notes
+    -----
+    Laskar's (1990) method: peaks of the spectrum behind a Hann window, refined one after another, and fitted together.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.didymos()
+    >>> run = system.integrate(state, 200.0, output=0.5)
+    >>> yaw = fullbody.observables.roll_pitch_yaw(run)[:, 2]
+    >>> fullbody.analysis.frequencies(run, yaw, count=2).frequency.shape
+    (2,)
+    """
+    values = quantity(run) if callable(quantity) else quantity
+    unit = getattr(values, "unit", None)
+    plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
+    time: npt.NDArray[np.float64] = run._record["time"]
+    number = integer(count)
+    if number is None or number < 1:
+        raise InvalidInput(f"count is {count!r}; expected a whole number above zero")
+    if plain.shape != time.shape or not np.isfinite(plain).all():
+        raise InvalidInput(f"quantity has shape {plain.shape}; expected {time.shape}, finite numbers, one for a sample")
+    if len(time) < 8:
+        raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
+    found, amplitude = lines(time, plain, number)
+    order = np.argsort(-amplitude)
+    attach = run.system._units.attach
+    sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
+    return Frequencies(attach(found[order], "spin"), sizes)

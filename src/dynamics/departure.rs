@@ -1,0 +1,93 @@
+//! Departures of the bodies themselves, from those in relative coordinates.
+
+use super::{State, Variations};
+use crate::math::Vec3;
+
+/// Numbers of a departure per body.
+pub const DEPARTURE: usize = 12;
+
+impl Variations {
+    /// The transition matrix (12 N, 12 N) of departures, from their matrix at the state `now`, and the sensitivities (P, 12 N) to the
+    /// parameters; they began at the state `start`. Per body: position, velocity, rotation vector, spin.
+    pub fn expand(&self, columns: &[f64], start: &State, now: &State) -> (Vec<f64>, Vec<f64>) {
+        let (n, half) = (self.bodies, self.half());
+        let size = DEPARTURE * n;
+        let mut transition = vec![0.0; size * size];
+        let mut combination = Vec::new();
+        for body in 0..n {
+            for kind in 0..4 {
+                for c in 0..3 {
+                    combination.clear();
+                    let mut moved = [Vec3::zeros(); 2];
+                    let block = half * (kind % 2);
+                    if kind >= 2 {
+                        combination.push((block + self.turn(body) + c, 1.0));
+                    } else {
+                        match self.place(body) {
+                            Some(row) => combination.push((block + row + c, 1.0)),
+                            None => {
+                                combination.extend((1..n).map(|other| (block + 3 * (other - 1) + c, -1.0)))
+                            }
+                        }
+                        match self.barycentre() {
+                            Some(row) => combination.push((block + row + c, self.share[body])),
+                            None => moved[kind][c] = self.share[body],
+                        }
+                    }
+                    let column = DEPARTURE * body + 3 * kind + c;
+                    moved[0] += moved[1] * (now.time - start.time);
+                    self.spread(columns, &combination, moved, |row, value| {
+                        transition[row * size + column] = value;
+                    });
+                }
+            }
+        }
+        let mut sensitivity = vec![0.0; size * self.parameters.len()];
+        for (k, out) in sensitivity.chunks_exact_mut(size).enumerate() {
+            let moved = if self.free { [Vec3::zeros(); 2] } else { self.barycentre_by_masses(k, start, now) };
+            self.spread(columns, &[(2 * half + k, 1.0)], moved, |row, value| out[row] = value);
+        }
+        (transition, sensitivity)
+    }
+
+    /// How the barycentre that moves uniformly departs with a parameter, as a fixed share of each body's departure: the shares themselves
+    /// change with the masses.
+    fn barycentre_by_masses(&self, parameter: usize, start: &State, now: &State) -> [Vec3; 2] {
+        let total: f64 = self.masses.iter().sum();
+        let by_mass = |body: usize| self.parameters[parameter].of_mass(body) / total;
+        let all: f64 = (0..self.bodies).map(by_mass).sum();
+        let share = |body: usize| by_mass(body) - self.share[body] * all;
+        let moved =
+            |of: &dyn Fn(usize) -> Vec3| (0..self.bodies).map(|body| share(body) * of(body)).sum::<Vec3>();
+        let elapsed = now.time - start.time;
+        [
+            moved(&|body| start.position[body] + start.velocity[body] * elapsed - now.position[body]),
+            moved(&|body| start.velocity[body] - now.velocity[body]),
+        ]
+    }
+
+    /// From a combination of columns to the bodies' own numbers, with what the barycentre and its velocity have beside that.
+    fn spread(
+        &self,
+        columns: &[f64],
+        combination: &[(usize, f64)],
+        moved: [Vec3; 2],
+        mut out: impl FnMut(usize, f64),
+    ) {
+        let (n, width) = (self.bodies, self.width());
+        let number =
+            |row: usize| combination.iter().map(|(c, factor)| factor * columns[row * width + c]).sum::<f64>();
+        for (block, moved) in moved.iter().enumerate() {
+            let from = block * self.half();
+            for c in 0..3 {
+                let relative = |body: usize| self.place(body).map_or(0.0, |row| number(from + row + c));
+                let barycentre = moved[c] + self.barycentre().map_or(0.0, |row| number(from + row + c));
+                let first = barycentre - (1..n).map(|body| self.share[body] * relative(body)).sum::<f64>();
+                for body in 0..n {
+                    out(DEPARTURE * body + 3 * block + c, first + relative(body));
+                    out(DEPARTURE * body + 6 + 3 * block + c, number(from + self.turn(body) + c));
+                }
+            }
+        }
+    }
+}

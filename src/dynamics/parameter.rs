@@ -1,0 +1,118 @@
+//! The parameters of a system that motions are differentiated by.
+
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::mutual::{AxisSlopes, Interaction, Method};
+use crate::shape::{Body, Part, Shape};
+
+/// A number that the motion depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Parameter {
+    /// The gravitational constant.
+    GravitationalConstant,
+    /// The mass of a body, whose shape stays.
+    Mass(usize),
+    /// The density of a body, whose shape stays: the derivative by the mass times this volume.
+    Density(usize, f64),
+    /// A semi-axis of an ellipsoid, whose mass stays.
+    SemiAxis(usize, usize),
+}
+
+/// How a parameter acts on what two bodies do to each other: factors of the force and the torques per unit G m m.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OfPair {
+    /// Of the acceleration of either body.
+    pub acceleration: [f64; 2],
+    /// Of the torque on either body over its moments of inertia.
+    pub torque: [f64; 2],
+}
+
+impl Parameter {
+    /// The parameters by their names.
+    pub fn all(bodies: &[Body]) -> Vec<(String, Self)> {
+        let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
+        for (k, body) in bodies.iter().enumerate() {
+            all.push((format!("mass of {}", body.name), Self::Mass(k)));
+            if body.volume() > 0.0 {
+                all.push((format!("density of {}", body.name), Self::Density(k, body.volume())));
+            }
+            if let [Part { shape: Shape::Ellipsoid(_), place: None, .. }] = body.parts() {
+                let axes = ["a", "b", "c"].iter().enumerate();
+                all.extend(axes.map(|(axis, letter)| {
+                    (format!("semi-axis {letter} of {}", body.name), Self::SemiAxis(k, axis))
+                }));
+            }
+        }
+        all
+    }
+
+    /// The parameter of a name.
+    pub fn named(name: &str, bodies: &[Body]) -> Result<Self> {
+        let all = Self::all(bodies);
+        match all.iter().find(|(known, _)| known == name) {
+            Some((_, parameter)) => Ok(*parameter),
+            None => {
+                let known: Vec<_> = all.iter().map(|(name, _)| format!("{name:?}")).collect();
+                Err(Error::invalid("parameter", format!("{name:?}"), format!("one of {}", known.join(", "))))
+            }
+        }
+    }
+
+    /// Refuses one by which a method of gravity has no derivative.
+    pub fn check(self, bodies: &[Body], method: Method) -> Result<Self> {
+        match (self, method) {
+            (Self::SemiAxis(body, _), Method::Multipole(_)) => Err(Error::invalid(
+                "derivatives",
+                format!("by a semi-axis of {} with gravity=\"{method}\"", bodies[body].name),
+                "gravity=\"focal\" or gravity=\"surface\" for it",
+            )),
+            _ => Ok(self),
+        }
+    }
+
+    /// The body and its semi-axis that it is.
+    pub(super) fn semi_axis(self) -> Option<(usize, usize)> {
+        match self {
+            Self::SemiAxis(body, axis) => Some((body, axis)),
+            _ => None,
+        }
+    }
+
+    /// The part of what two bodies do to each other, where it is a semi-axis of one.
+    pub(super) fn slopes(self, bodies: [usize; 2], slopes: &AxisSlopes) -> Option<Interaction> {
+        let (body, axis) = self.semi_axis()?;
+        let which = bodies.iter().position(|other| *other == body)?;
+        Some(slopes[which][axis])
+    }
+
+    /// Derivative of a body's moments of inertia where it is a semi-axis: I_1 = m (a_2^2 + a_3^2) / 5.
+    pub(super) fn of_inertia(self, body: &Body, place: usize) -> Option<Vec3> {
+        let (_, axis) = self.semi_axis().filter(|(of, _)| *of == place)?;
+        let slope = 0.4 * body.mass * body.semi_axes()[axis];
+        let mut inertia = Vec3::repeat(slope);
+        inertia[axis] = 0.0;
+        Some(inertia)
+    }
+
+    /// Derivative of a body's mass.
+    pub(super) fn of_mass(self, body: usize) -> f64 {
+        match self {
+            Self::Mass(k) if k == body => 1.0,
+            Self::Density(k, volume) if k == body => volume,
+            _ => 0.0,
+        }
+    }
+
+    /// How it acts between two bodies.
+    pub(super) fn of_pair(self, bodies: [usize; 2], g: f64, masses: [f64; 2]) -> OfPair {
+        if self == Self::GravitationalConstant {
+            return OfPair { acceleration: [masses[1], masses[0]], torque: [masses[0] * masses[1]; 2] };
+        }
+        // A body's own mass stands in its torque and in its moments alike.
+        let by = bodies.map(|body| self.of_mass(body));
+        OfPair {
+            acceleration: [g * by[1], g * by[0]],
+            torque: [g * masses[0] * by[1], g * masses[1] * by[0]],
+        }
+    }
+}

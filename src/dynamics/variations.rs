@@ -1,0 +1,345 @@
+//! The equations of small departures from a motion, in relative coordinates.
+//!
+//! A departure has 12 numbers a body: position and velocity (inertial), a rotation vector theta in the body frame, R -> R exp(theta),
+//! and spin. The centres are taken from the first body's, d_k = dx_k - dx_0, and their rates e_k likewise; with forces from outside
+//! the barycentre's departure X and its rate V come after them, and without it moves uniformly. With q = (d, theta, X) and
+//! p = (e, dspin, V),
+//!
+//!   dd/dt = e,   dtheta/dt = dspin - spin x theta,   dX/dt = V,   dp/dt = A q + B p,
+//!
+//! A and B from the derivatives of the loads, B also from Euler's equations. Many departures are one matrix, a column each; behind the
+//! columns of the initial state there is one for every parameter, with the derivative of the rates by the parameter as a further term.
+
+use super::layout::vector;
+use super::{Dynamics, Parameter};
+use crate::environment::LoadSlopes;
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::math::compensated::sum;
+use crate::patience::Patience;
+use crate::shape::Body;
+use pulp::{Arch, Scalar, Simd, WithSimd};
+
+/// Numbers of a column that are multiplied at a time.
+const DEPTH: usize = 9;
+
+/// Units of work of a pair's Jacobian for each of its nodes.
+const GRADIENT: u64 = 2;
+
+/// What departures from a motion obey at one of its moments.
+#[derive(Debug, Clone)]
+pub struct Variations {
+    pub(super) bodies: usize,
+    /// Whether the barycentre's departure is among the numbers.
+    pub(super) free: bool,
+    pub(super) masses: Vec<f64>,
+    /// Masses over the total.
+    pub(super) share: Vec<f64>,
+    pub(super) parameters: Vec<Parameter>,
+    inertia: Vec<Vec3>,
+    slopes: LoadSlopes,
+    /// Rows of A and, where a force depends on motions, of its part of B, with zeros behind.
+    by_place: Vec<f64>,
+    by_motion: Vec<f64>,
+    stride: usize,
+    spin: Vec<Vec3>,
+    torque: Vec<Vec3>,
+    /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
+    forcing: Vec<[Vec3; 2]>,
+}
+
+impl Variations {
+    /// Of a system and the parameters that count.
+    pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Self {
+        let system = dynamics.system();
+        let bodies = system.bodies().len();
+        let masses = system.masses();
+        let total = sum(masses.iter().copied());
+        let free = !system.forces().is_empty();
+        let by_motion = system.forces().iter().any(|force| force.depends_on_velocity());
+        let half = 6 * bodies - if free { 0 } else { 3 };
+        let stride = half.next_multiple_of(DEPTH);
+        Self {
+            bodies,
+            free,
+            share: masses.iter().map(|m| m / total).collect(),
+            masses,
+            inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
+            slopes: LoadSlopes::new(bodies, by_motion),
+            by_place: vec![0.0; half * stride],
+            by_motion: vec![0.0; if by_motion { half * stride } else { 0 }],
+            stride,
+            spin: vec![Vec3::zeros(); bodies],
+            torque: vec![Vec3::zeros(); bodies],
+            forcing: vec![[Vec3::zeros(); 2]; bodies * parameters.len()],
+            parameters,
+        }
+    }
+
+    /// Half the numbers of a departure in relative coordinates.
+    pub fn half(&self) -> usize {
+        6 * self.bodies - if self.free { 0 } else { 3 }
+    }
+
+    /// Columns: one for every number of the initial departure, and one for every parameter.
+    pub fn width(&self) -> usize {
+        2 * self.half() + self.parameters.len()
+    }
+
+    /// The matrix of departures at the start of the motion.
+    pub fn start(&self) -> Vec<f64> {
+        let (rows, width) = (2 * self.half(), self.width());
+        let mut columns = vec![0.0; rows * width];
+        (0..rows).for_each(|k| columns[k * width + k] = 1.0);
+        columns
+    }
+
+    /// Row of the first number of a body's place in d, which the first body does not have.
+    pub(super) fn place(&self, body: usize) -> Option<usize> {
+        (body > 0).then(|| 3 * (body - 1))
+    }
+
+    /// Row of the first number of a body's theta.
+    pub(super) fn turn(&self, body: usize) -> usize {
+        3 * (self.bodies - 1) + 3 * body
+    }
+
+    /// Row of the first number of the barycentre's departure.
+    pub(super) fn barycentre(&self) -> Option<usize> {
+        self.free.then(|| 6 * self.bodies - 3)
+    }
+
+    /// Units of work of [`Self::look`] and [`Self::rates`].
+    pub fn work(&self, dynamics: &Dynamics) -> u64 {
+        let products = (self.by_place.len() + self.by_motion.len()) * self.width() / 64;
+        GRADIENT * dynamics.work() * dynamics.parts() as u64 + products as u64
+    }
+
+    /// Takes A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
+    pub fn look(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
+        dynamics.turn(y);
+        let g = dynamics.system.gravitational_constant;
+        self.slopes.clear();
+        self.torque.fill(Vec3::zeros());
+        self.forcing.fill([Vec3::zeros(); 2]);
+        for body in 0..self.bodies {
+            self.spin[body] = vector(y, dynamics.layout.spin(body));
+        }
+        for (i, j, link) in &dynamics.links {
+            let (i, j) = (*i, *j);
+            let jacobian = link.jacobian(&dynamics.pose(y, i, j));
+            let masses = [self.masses[i], self.masses[j]];
+            let strength = g * masses[0] * masses[1];
+            self.slopes.add_pair(&jacobian, [i, j], strength);
+            let loads = &jacobian.loads;
+            self.torque[i] += strength * loads.torque_first;
+            self.torque[j] += strength * loads.torque_second;
+            for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies))
+            {
+                let by = parameter.of_pair([i, j], g, masses);
+                forcing[i][0] += loads.force_on_first * by.acceleration[0];
+                forcing[j][0] -= loads.force_on_first * by.acceleration[1];
+                forcing[i][1] += over(&(loads.torque_first * by.torque[0]), &self.inertia[i]);
+                forcing[j][1] += over(&(loads.torque_second * by.torque[1]), &self.inertia[j]);
+            }
+        }
+        if self.free {
+            dynamics.add_outside(time, y, &mut self.slopes, &mut self.torque)?;
+        }
+        self.force_by_inertia(dynamics.system.bodies());
+        let (mut by_place, mut by_motion) =
+            (std::mem::take(&mut self.by_place), std::mem::take(&mut self.by_motion));
+        self.reduce(&self.slopes.by_place, &mut by_place);
+        if !by_motion.is_empty() {
+            self.reduce(&self.slopes.by_motion, &mut by_motion);
+        }
+        (self.by_place, self.by_motion) = (by_place, by_motion);
+        Ok(())
+    }
+
+    /// What a semi-axis does to a body's own moments in Euler's equations.
+    fn force_by_inertia(&mut self, bodies: &[Body]) {
+        for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
+            for (place, body) in bodies.iter().enumerate() {
+                let Some(slope) = parameter.of_inertia(body, place) else { continue };
+                let (inertia, spin) = (&self.inertia[place], &self.spin[place]);
+                let rate = over(&(self.torque[place] - spin.cross(&inertia.component_mul(spin))), inertia);
+                let turning = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
+                forcing[place][1] -= over(&turning, inertia);
+            }
+        }
+    }
+
+    /// From derivatives of loads to those of rates in relative coordinates.
+    fn reduce(&self, loads: &[f64], out: &mut [f64]) {
+        let (n, size) = (self.bodies, 6 * self.bodies);
+        out.fill(0.0);
+        let mut put = |row: usize, from: usize, factor: f64| {
+            let source = &loads[from * size..(from + 1) * size];
+            let line = &mut out[row * self.stride..(row + 1) * self.stride];
+            let mut whole = [0.0; 3];
+            for body in 0..n {
+                let (centre, turn) = (&source[6 * body..6 * body + 3], &source[6 * body + 3..6 * body + 6]);
+                let at = self.turn(body);
+                for c in 0..3 {
+                    line[at + c] += factor * turn[c];
+                    whole[c] += factor * centre[c];
+                }
+                if let Some(at) = self.place(body) {
+                    (0..3).for_each(|c| line[at + c] += factor * centre[c]);
+                }
+            }
+            if let Some(at) = self.barycentre() {
+                for c in 0..3 {
+                    line[at + c] += whole[c];
+                    (1..n).for_each(|body| line[3 * (body - 1) + c] -= self.share[body] * whole[c]);
+                }
+            }
+        };
+        for body in 0..n {
+            let per_mass = 1.0 / self.masses[body];
+            for c in 0..3 {
+                match self.place(body) {
+                    Some(row) => put(row + c, 6 * body + c, per_mass),
+                    None => (1..n).for_each(|other| put(3 * (other - 1) + c, c, -per_mass)),
+                }
+                if let Some(row) = self.barycentre() {
+                    put(row + c, 6 * body + c, self.share[body] * per_mass);
+                }
+                let inertia = self.inertia[body][c];
+                if inertia > 0.0 {
+                    put(self.turn(body) + c, 6 * body + 3 + c, 1.0 / inertia);
+                }
+            }
+        }
+    }
+
+    /// The rates of change of a matrix of departures where [`Self::look`] was last. Allocates nothing.
+    pub fn rates(&self, arch: Arch, columns: &[f64], rates: &mut [f64]) {
+        let (half, width) = (self.half(), self.width());
+        arch.dispatch(Rates { variations: self, columns, rates });
+        for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
+            let column = 2 * half + k;
+            let mut push = |row: usize, value: &Vec3, factor: f64| {
+                (0..3).for_each(|c| rates[(half + row + c) * width + column] += factor * value[c]);
+            };
+            for (body, [acceleration, turning]) in forcing.iter().enumerate() {
+                match self.place(body) {
+                    Some(row) => push(row, acceleration, 1.0),
+                    None => (1..self.bodies).for_each(|other| push(3 * (other - 1), acceleration, -1.0)),
+                }
+                if let Some(row) = self.barycentre() {
+                    push(row, acceleration, self.share[body]);
+                }
+                push(self.turn(body), turning, 1.0);
+            }
+        }
+    }
+}
+
+/// A torque over moments of inertia; zero for a body without any.
+fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
+    torque.zip_map(inertia, |torque, inertia| if inertia > 0.0 { torque / inertia } else { 0.0 })
+}
+
+/// The equations without the terms of parameters, over lanes of columns.
+struct Rates<'a> {
+    variations: &'a Variations,
+    columns: &'a [f64],
+    rates: &'a mut [f64],
+}
+
+impl WithSimd for Rates<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        if self.variations.width() < S::F64_LANES {
+            return self.by(Scalar);
+        }
+        self.by(simd);
+    }
+}
+
+impl Rates<'_> {
+    #[inline(always)]
+    fn by<S: Simd>(self, simd: S) {
+        let Self { variations: v, columns, rates } = self;
+        let (half, width, lanes) = (v.half(), v.width(), S::F64_LANES);
+        let zero = simd.splat_f64s(0.0);
+        for first in (0..width).step_by(lanes) {
+            // The last lanes overlap those before.
+            let first = first.min(width - lanes);
+            let load =
+                |values: &[f64], row: usize| S::as_simd_f64s(&values[row * width + first..][..lanes]).0[0];
+            for k in 0..half {
+                let p = load(columns, half + k);
+                store::<S>(rates, k * width + first, p);
+            }
+            let parts = [(&v.by_place, 0), (&v.by_motion, half)];
+            let blocks = parts.iter().flat_map(|&(matrix, from)| {
+                (0..matrix.len().min(v.stride)).step_by(DEPTH).map(move |block| (matrix, from, block))
+            });
+            for (matrix, from, block) in blocks {
+                let mut q = [zero; DEPTH];
+                for k in 0..DEPTH.min(half - block) {
+                    q[k] = load(columns, from + block + k);
+                }
+                for (row, weights) in matrix.chunks_exact(v.stride).enumerate() {
+                    let weights = &weights[block..block + DEPTH];
+                    let mut sum = if from + block == 0 { zero } else { load(rates, half + row) };
+                    for k in 0..DEPTH {
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[k]), q[k], sum);
+                    }
+                    store::<S>(rates, (half + row) * width + first, sum);
+                }
+            }
+            for body in 0..v.bodies {
+                let (spin, inertia, row) = (&v.spin[body], &v.inertia[body], v.turn(body));
+                for i in 0..3 {
+                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                    let ratio = if inertia[i] > 0.0 { (inertia[k] - inertia[j]) / inertia[i] } else { 0.0 };
+                    // -(spin x theta) and -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
+                    for (from, a, b) in [(0, spin[k], -spin[j]), (half, -ratio * spin[k], -ratio * spin[j])] {
+                        let mut sum = load(rates, from + row + i);
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(a), load(columns, from + row + j), sum);
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(b), load(columns, from + row + k), sum);
+                        store::<S>(rates, (from + row + i) * width + first, sum);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
+    S::as_mut_simd_f64s(&mut values[at..][..S::F64_LANES]).0[0] = lanes;
+}
+
+impl Dynamics {
+    /// Adds what the forces from outside have of the derivatives and torques.
+    fn add_outside(
+        &mut self,
+        time: f64,
+        y: &[f64],
+        slopes: &mut LoadSlopes,
+        torque: &mut [Vec3],
+    ) -> Result<()> {
+        self.show(time, y);
+        self.outside.load()?;
+        self.outside.slopes(slopes)?;
+        for loads in self.outside.loads() {
+            torque.iter_mut().zip(loads).for_each(|(torque, load)| *torque += load.torque);
+        }
+        Ok(())
+    }
+
+    /// Makes ready, with the rules in force, for [`Variations::look`]. May allocate: call it between steps.
+    pub fn prepare_variations(&mut self, time: f64, patience: &mut Patience) -> Result<()> {
+        for (.., link) in &mut self.links {
+            link.prepare_jacobian(patience).map_err(|error| error.at(time))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,273 @@
+//! The gravity of a homogeneous ellipsoid, sphere or point at many points anywhere: outside, on the surface and inside.
+//!
+//! Inside, kappa is zero: Phi = GM/2 sum_i (a_i^2 - x_i^2) R_i and g_i = -GM x_i R_i with constant R_i, and the gradient is
+//! -GM diag(R_i), of the trace -4 pi G rho. Outside see [`super::PointField::bend`].
+
+use super::{FarCut, FarSeries, FieldKernel, Near, bent};
+use crate::math::Mat3;
+use crate::math::lanes::{Lanes, dot};
+use crate::shape::{Ellipsoid, Shape};
+use pulp::Simd;
+
+/// Phi (positive), g = grad Phi and dg/dx at points.
+#[derive(Clone, Copy)]
+pub struct Gravity<S: Simd> {
+    /// Phi.
+    pub potential: Lanes<S>,
+    /// g.
+    pub field: [Lanes<S>; 3],
+    /// dg/dx: xx, xy, xz, yy, yz, zz.
+    pub gradient: [Lanes<S>; 6],
+}
+
+impl<S: Simd> Gravity<S> {
+    /// None.
+    #[inline(always)]
+    pub fn zero(simd: S) -> Self {
+        let zero = Lanes::splat(simd, 0.0);
+        Self { potential: zero, field: [zero; 3], gradient: [zero; 6] }
+    }
+
+    /// The sum.
+    #[inline(always)]
+    pub fn plus(mut self, other: Self) -> Self {
+        self.potential = self.potential + other.potential;
+        for i in 0..3 {
+            self.field[i] = self.field[i] + other.field[i];
+        }
+        for k in 0..6 {
+            self.gradient[k] = self.gradient[k] + other.gradient[k];
+        }
+        self
+    }
+}
+
+/// A shape of a mass, ready for points of the frame of its sorted axes, a >= b >= c.
+#[derive(Debug, Clone)]
+pub struct Ellipsoidal {
+    /// Of length, a power of two; all below is in this unit.
+    inverse_unit: f64,
+    /// GM over the first three powers of the unit.
+    scales: [f64; 3],
+    series: FarSeries,
+    /// The forms of the field, and the squares of the distances from which on they hold, from the nearest.
+    pub(super) forms: Vec<(f64, Form)>,
+    /// A few of them, for lanes that each take their own.
+    apart: Vec<(f64, Form)>,
+}
+
+/// How the field is computed.
+#[derive(Debug, Clone, Copy)]
+pub enum Form {
+    /// By Carlson's integrals.
+    Near(Near),
+    /// By the series.
+    Far(FarCut),
+    /// That of a point, by numbers that stay in range at any distance.
+    Point,
+}
+
+/// The square of the distance from which on only a point's field is left, and sixth powers leave the range of doubles.
+const POINT_FROM: f64 = 1e100;
+
+/// What the series may leave out.
+const TOLERANCE: f64 = 1e-17;
+
+/// Bounds of kappa, in squares of the longest semi-axis, from which on Carlson's integrals may take fewer steps.
+const NEAR: [f64; 1] = [0.5];
+
+/// Numbers of terms of the series, each of which serves from some distance on. Few of them: points of different forms share no
+/// lanes, and terms cost little. Nine terms are the most that need but one of Newton's steps.
+const TERMS: [u32; 3] = [27, 9, 3];
+
+/// The most forms that a shape has.
+pub(super) const MOST_FORMS: usize = 1 + NEAR.len() + TERMS.len() + 1;
+
+impl Ellipsoidal {
+    /// Of an ellipsoid, a sphere or a point, by the product of the gravitational constant and its mass; a polyhedron counts as a
+    /// point.
+    pub fn new(shape: &Shape, gm: f64) -> Self {
+        let unit = shape.natural_unit();
+        let shape = shape.scaled(1.0 / unit);
+        let series = FarSeries::new(&shape);
+        let forms = match &shape {
+            Shape::Ellipsoid(ellipsoid) => forms(ellipsoid, &series),
+            Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Point)],
+        };
+        let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
+        let first = forms.iter().position(|(_, form)| matches!(form, Form::Far(_))).unwrap_or(0);
+        let few = forms[first..].iter().step_by(4);
+        let apart =
+            if first > 0 { forms[..1].iter().chain(few).copied().collect() } else { few.copied().collect() };
+        Self { inverse_unit: 1.0 / unit, scales, series, forms, apart }
+    }
+
+    /// Gravity at points of the frame of the sorted axes. The form that the nearest one needs serves all of them. Results that
+    /// are not used cost nothing. A point mass wants points away from it.
+    #[inline(always)]
+    pub fn at<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
+        let x = self.in_unit(x);
+        self.by(self.form(dot(x, x).reduce_min()), x)
+    }
+
+    /// The field alone, in each lane by the form that its own distance needs: what a lane gets does not depend on the others.
+    #[inline(always)]
+    pub fn field_apart<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let x = self.in_unit(x);
+        let square = dot(x, x);
+        let [nearest, farthest] = [square.reduce_min(), square.reduce_max()];
+        let mut field = [square.constant(0.0); 3];
+        for (index, &(from, form)) in self.apart.iter().enumerate() {
+            let to = self.apart.get(index + 1).map_or(f64::INFINITY, |next| next.0);
+            // A NaN is left to the first form.
+            if to <= nearest || (index > 0 && from > farthest) {
+                continue;
+            }
+            let own = self.by(form, x).field;
+            let begin = square.constant(from);
+            for k in 0..3 {
+                field[k] = square.if_less(begin, field[k], own[k]);
+            }
+        }
+        field
+    }
+
+    /// Whether it is a point's.
+    pub fn is_point(&self) -> bool {
+        matches!(self.forms[0].1, Form::Point)
+    }
+
+    /// The place of the form that a point at a distance needs.
+    #[inline(always)]
+    pub(super) fn level<S: Simd>(&self, distance_square: Lanes<S>) -> Lanes<S> {
+        let c = |value| distance_square.constant(value);
+        let mut level = c(0.0);
+        for &(from, _) in &self.forms[1..] {
+            level = level + distance_square.if_less(c(from), c(0.0), c(1.0));
+        }
+        level
+    }
+
+    #[inline(always)]
+    pub(super) fn in_unit<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let unit = x[0].constant(self.inverse_unit);
+        [x[0] * unit, x[1] * unit, x[2] * unit]
+    }
+
+    #[inline(always)]
+    fn form(&self, distance_square: f64) -> Form {
+        let mut form = self.forms[0].1;
+        for &(from, farther) in &self.forms[1..] {
+            if distance_square < from {
+                break;
+            }
+            form = farther;
+        }
+        form
+    }
+
+    /// By a form, at points in the unit.
+    #[inline(always)]
+    pub(super) fn by<S: Simd>(&self, form: Form, x: [Lanes<S>; 3]) -> Gravity<S> {
+        let (potential, field, outside) = match form {
+            Form::Near(near) => near.anywhere(x),
+            Form::Far(cut) => {
+                let (excess, field) = self.series.cut(cut).excess_potential(x);
+                (x[0].constant(1.0) / dot(x, x).sqrt() + excess, field, x[0].constant(1.0))
+            }
+            Form::Point => return self.point(x),
+        };
+        let zero = x[0].constant(0.0);
+        let (n, bend) = field.bend(x);
+        // In the centre there is no normal.
+        let bend = zero.if_less(outside, bend, zero);
+        let rd = field.rd;
+        let [one, minus_two, three] = [self.scales[0], -self.scales[1], self.scales[2]];
+        let (one, minus_two, three) = (x[0].constant(one), x[0].constant(minus_two), x[0].constant(three));
+        Gravity {
+            potential: one * potential,
+            field: [minus_two * rd[0] * x[0], minus_two * rd[1] * x[1], minus_two * rd[2] * x[2]],
+            gradient: bent(n, three * bend, [three * rd[0], three * rd[1], three * rd[2]]),
+        }
+    }
+
+    #[inline(always)]
+    fn point<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
+        let c = |value| x[0].constant(value);
+        let largest = x[0].abs().max(x[1].abs()).max(x[2].abs());
+        let shrink = c(1.0) / largest;
+        let u = [x[0] * shrink, x[1] * shrink, x[2] * shrink];
+        let inverse = c(1.0) / dot(u, u).sqrt();
+        let u = [u[0] * inverse, u[1] * inverse, u[2] * inverse];
+        let near = shrink * inverse;
+        let potential = c(self.scales[0]) * near;
+        let pull = c(-self.scales[1]) * near * near;
+        let tide = c(self.scales[2]) * near * near * near;
+        Gravity {
+            potential,
+            field: [pull * u[0], pull * u[1], pull * u[2]],
+            gradient: bent(u, c(3.0) * tide, [tide; 3]),
+        }
+    }
+}
+
+fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
+    let longest = ellipsoid.sorted()[0].powi(2);
+    let mut forms: Vec<(f64, Form)> = vec![(0.0, Form::Near(Near::new(ellipsoid, 0.0)))];
+    for share in NEAR {
+        let kappa = share * longest;
+        let near = Near::new(ellipsoid, kappa);
+        if !matches!(forms.last(), Some((_, Form::Near(last))) if *last == near) {
+            forms.push((longest + kappa, Form::Near(near)));
+        }
+    }
+    for terms in TERMS {
+        let kappa = series.kappa_from(terms, TOLERANCE).max(0.0);
+        if let Some(cut) = series.cut_for(kappa, TOLERANCE)
+            && !matches!(forms.last(), Some((_, Form::Far(last))) if *last == cut)
+        {
+            // Where the series holds, Carlson's integrals are not needed.
+            forms.retain(|(from, _)| *from < longest + kappa);
+            forms.push((longest + kappa, Form::Far(cut)));
+        }
+    }
+    forms.push((POINT_FROM, Form::Point));
+    forms
+}
+
+impl<S: Simd> Gravity<S> {
+    /// Turned by a matrix and its transpose, into the frame from which the matrix turns vectors into the present one.
+    #[inline(always)]
+    pub fn turned_back(self, m: &Mat3) -> Self {
+        let g = self.gradient;
+        let c = |value| self.potential.constant(value);
+        // Rows of the gradient times the matrix, and the transpose times that.
+        let rows = [[g[0], g[1], g[2]], [g[1], g[3], g[4]], [g[2], g[4], g[5]]];
+        let mut right = rows;
+        for i in 0..3 {
+            right[i] = turned_back(rows[i], m);
+        }
+        let mut out = [c(0.0); 6];
+        for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+            out[k] = dot([c(m[(0, i)]), c(m[(1, i)]), c(m[(2, i)])], [right[0][j], right[1][j], right[2][j]]);
+        }
+        Self { potential: self.potential, field: turned_back(self.field, m), gradient: out }
+    }
+}
+
+/// The matrix times a vector.
+#[inline(always)]
+pub fn turned<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
+    turned_back(v, &m.transpose())
+}
+
+/// The transposed matrix times a vector.
+#[inline(always)]
+pub fn turned_back<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
+    let mut out = v;
+    for i in 0..3 {
+        let c = |k: usize| v[0].constant(m[(k, i)]);
+        out[i] = v[0].mul_add(c(0), v[1].mul_add(c(1), v[2] * c(2)));
+    }
+    out
+}

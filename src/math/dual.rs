@@ -1,0 +1,123 @@
+//! Lanes with their derivatives by three variables, for formulas that are written for any number.
+
+use super::lanes::Lanes;
+use pulp::Simd;
+use std::ops::{Add, Div, Mul, Sub};
+
+/// What a formula asks of its numbers.
+pub trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// A constant beside this number.
+    fn constant(self, value: f64) -> Self;
+    /// `self * b + c`.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+}
+
+impl<S: Simd, const N: usize> Number for Lanes<S, N> {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        Lanes::constant(self, value)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Lanes::mul_add(self, b, c)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Lanes::sqrt(self)
+    }
+}
+
+/// A number and its derivatives.
+#[derive(Clone, Copy)]
+pub struct Dual<S: Simd> {
+    /// The number.
+    pub value: Lanes<S>,
+    /// Its derivatives.
+    pub by: [Lanes<S>; 3],
+}
+
+impl<S: Simd> Dual<S> {
+    /// The three variables themselves.
+    #[inline(always)]
+    pub fn variables(values: [Lanes<S>; 3]) -> [Self; 3] {
+        let (zero, one) = (values[0].constant(0.0), values[0].constant(1.0));
+        let mut all = [Self { value: zero, by: [zero; 3] }; 3];
+        for k in 0..3 {
+            all[k].value = values[k];
+            all[k].by[k] = one;
+        }
+        all
+    }
+
+    /// A number whose derivatives are these, and those of another one, times factors.
+    #[inline(always)]
+    fn chain(value: Lanes<S>, a: Self, by_a: Lanes<S>, b: Self, by_b: Lanes<S>) -> Self {
+        let mut by = a.by;
+        for k in 0..3 {
+            by[k] = a.by[k].mul_add(by_a, b.by[k] * by_b);
+        }
+        Self { value, by }
+    }
+}
+
+impl<S: Simd> Number for Dual<S> {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        let zero = self.value.constant(0.0);
+        Self { value: self.value.constant(value), by: [zero; 3] }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        let factor = root.constant(0.5) / root;
+        Self::chain(root, self, factor, self, root.constant(0.0))
+    }
+}
+
+impl<S: Simd> Add for Dual<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let one = self.value.constant(1.0);
+        Self::chain(self.value + other.value, self, one, other, one)
+    }
+}
+
+impl<S: Simd> Sub for Dual<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let one = self.value.constant(1.0);
+        Self::chain(self.value - other.value, self, one, other, -one)
+    }
+}
+
+impl<S: Simd> Mul for Dual<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::chain(self.value * other.value, self, other.value, other, self.value)
+    }
+}
+
+impl<S: Simd> Div for Dual<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let inverse = self.value.constant(1.0) / other.value;
+        let value = self.value * inverse;
+        Self::chain(value, self, inverse, other, -value * inverse)
+    }
+}

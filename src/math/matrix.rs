@@ -1,0 +1,44 @@
+//! Products of 3 x 3 matrices in line. The general ones of `nalgebra` are calls of loops.
+
+use super::{Mat3, Vec3};
+
+/// A B.
+#[inline(always)]
+pub fn times(a: &Mat3, b: &Mat3) -> Mat3 {
+    entries(|i, j| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)])
+}
+
+/// A B^T.
+#[inline(always)]
+pub fn times_transposed(a: &Mat3, b: &Mat3) -> Mat3 {
+    entries(|i, j| a[(i, 0)] * b[(j, 0)] + a[(i, 1)] * b[(j, 1)] + a[(i, 2)] * b[(j, 2)])
+}
+
+/// A^T B.
+#[inline(always)]
+pub fn transposed_times(a: &Mat3, b: &Mat3) -> Mat3 {
+    entries(|i, j| a[(0, i)] * b[(0, j)] + a[(1, i)] * b[(1, j)] + a[(2, i)] * b[(2, j)])
+}
+
+/// \[v\]x A: the vector product of v and every column.
+#[inline(always)]
+pub fn cross_times(v: &Vec3, a: &Mat3) -> Mat3 {
+    entries(|i, j| {
+        let (k, l) = ((i + 1) % 3, (i + 2) % 3);
+        v[k] * a[(l, j)] - v[l] * a[(k, j)]
+    })
+}
+
+/// A \[v\]x: the vector product of every row and v.
+#[inline(always)]
+pub fn times_cross(a: &Mat3, v: &Vec3) -> Mat3 {
+    entries(|i, j| {
+        let (k, l) = ((j + 1) % 3, (j + 2) % 3);
+        a[(i, k)] * v[l] - a[(i, l)] * v[k]
+    })
+}
+
+#[inline(always)]
+fn entries(of: impl Fn(usize, usize) -> f64) -> Mat3 {
+    Mat3::new(of(0, 0), of(0, 1), of(0, 2), of(1, 0), of(1, 1), of(1, 2), of(2, 0), of(2, 1), of(2, 2))
+}

@@ -1,0 +1,231 @@
+//! The derivatives of force and torques by the semi-axes of either body, at constant masses.
+//!
+//! Of the body that is integrated over: with s = 1 on its surface and 0 in its centre, partial integration over the body gives for the mean of any
+//! harmonic h that d<h>/da_i = (a_i/5) <d^2 h/dy_i^2>', <.>' the mean by a density in proportion to 1 - s^2. By Ferrers' potentials that
+//! one stands on the focal ellipse too, in proportion to (1 - x^2/(a^2-c^2) - y^2/(b^2-c^2))^(3/2). There is no 0/0 for equal axes. With
+//! T the third derivatives of the field body's potential along the axis e_i,
+//!
+//!   dF/da_i = (a_i/5) <T e_i e_i>',   dM/da_i = (a_i/5) <z x T e_i e_i + 2 e_i x H e_i>'.
+//!
+//! Of the field body: with R_ij = (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2) (t+a_j^2)) from kappa on,
+//!
+//!   dg_j/da_i = a_i (x_j R_ij - f n_i^2 n_j) for i other than j,
+//!   dg_i/da_i = a_i (x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3).
+//!
+//! The field body's torque follows from M + N + o x F = 0.
+
+use super::jacobian::in_bodies;
+use super::means::Place;
+use super::rule::Kernel;
+use super::{Balance, BodyGravity, Interaction, Pair, Pose, Roles};
+use crate::gravity::FieldKernel;
+use crate::math::lanes::{Lanes, Total, total_vector};
+use crate::math::{Mat3, Vec3};
+use crate::quadrature::Nodes;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Derivatives of the loads by the semi-axes of the first and of the second body, per unit G m_first m_second.
+pub type AxisSlopes = [[Interaction; 3]; 2];
+
+/// Loads of nothing.
+const NONE: Interaction = Interaction {
+    force_on_first: Vec3::new(0.0, 0.0, 0.0),
+    torque_first: Vec3::new(0.0, 0.0, 0.0),
+    torque_second: Vec3::new(0.0, 0.0, 0.0),
+};
+
+impl Pair {
+    /// Derivatives by the semi-axes with the rule in force, after [`Self::prepare_jacobian`]; zero of points. Allocates nothing.
+    pub fn axis_slopes(&self, pose: &Pose) -> AxisSlopes {
+        let (Some(rule), Some(nodes)) = (&self.rule, &self.axis_nodes) else { return [[NONE; 3]; 2] };
+        let pose = self.scaled(pose);
+        let [field, set] = self.field_and_set(rule);
+        let roles = self.roles(rule.integrated, &pose);
+        let (arch, nodes) = (self.arch, &*nodes.nodes);
+        let slopes = match &rule.kernel {
+            Kernel::Near(near) => slopes(arch, *near, nodes, [field, set], &roles),
+            Kernel::Far(cut) => slopes(arch, field.series.cut(*cut), nodes, [field, set], &roles),
+            // Polyhedra have been refused.
+            Kernel::Facets | Kernel::Layer(_) => return [[NONE; 3]; 2],
+        };
+        let [of_field, of_set] = slopes.map(|balances| {
+            balances.map(|balance| {
+                let loads = in_bodies(&balance, rule.integrated, &pose, &roles, [field, set]);
+                let inverse = 1.0 / self.unit;
+                Interaction {
+                    force_on_first: loads.force_on_first * (inverse * inverse * inverse),
+                    torque_first: loads.torque_first * (inverse * inverse),
+                    torque_second: loads.torque_second * (inverse * inverse),
+                }
+            })
+        });
+        let (of_field, of_set) = (in_order(field, of_field), in_order(set, of_set));
+        if rule.integrated == 0 { [of_set, of_field] } else { [of_field, of_set] }
+    }
+}
+
+/// From the canonical order of the axes to that of the body's frame.
+fn in_order(body: &BodyGravity, canonical: [Interaction; 3]) -> [Interaction; 3] {
+    std::array::from_fn(|axis| {
+        let row = (0..3).find(|&row| body.canonical[(row, axis)] != 0.0).unwrap_or(axis);
+        canonical[row]
+    })
+}
+
+/// Of the field body and of the one that is integrated over, along their canonical axes.
+fn slopes(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    [field, set]: [&BodyGravity; 2],
+    roles: &Roles,
+) -> [[Balance; 3]; 2] {
+    let focal = set.focal_axes();
+    let arms: [Vec3; 2] = std::array::from_fn(|k| roles.turn.column(k) * focal[k]);
+    let sums = arch.dispatch(AxisSum { kernel, nodes, origin: roles.origin, arms });
+    let balance = |force: Vec3, torque: Vec3| Balance {
+        force,
+        torque,
+        torque_field: -(torque + roles.origin.cross(&force)),
+    };
+    let (of_field, of_set) = (field.semi_axes(), set.semi_axes());
+    [
+        std::array::from_fn(|i| {
+            let [force, first, second] = [0, 1, 2].map(|m| sums.by_axes[m].row(i).transpose() * of_field[i]);
+            balance(force, arms[0].cross(&first) + arms[1].cross(&second))
+        }),
+        std::array::from_fn(|i| {
+            let e: Vec3 = roles.turn.column(i).into();
+            let factor = of_set[i] / 5.0;
+            let [force, first, second] = [0, 1, 2].map(|m| contract(&sums.third[m], &e) * factor);
+            let twist = e.cross(&(sums.gradient * e)) * (2.0 * factor);
+            balance(force, arms[0].cross(&first) + arms[1].cross(&second) + twist)
+        }),
+    ]
+}
+
+/// T e e of a symmetric tensor without traces, by its components 000, 001, 002, 011, 012, 111 and 112.
+fn contract(t: &[f64; 7], e: &Vec3) -> Vec3 {
+    let [t000, t001, t002, t011, t012, t111, t112] = *t;
+    let (t022, t122, t222) = (-t000 - t011, -t001 - t111, -t002 - t112);
+    let slices = [
+        Mat3::new(t000, t001, t002, t001, t011, t012, t002, t012, t022),
+        Mat3::new(t001, t011, t012, t011, t111, t112, t012, t112, t122),
+        Mat3::new(t002, t012, t022, t012, t112, t122, t022, t122, t222),
+    ];
+    Vec3::from(slices.map(|slice| e.dot(&(slice * e))))
+}
+
+struct AxisSum<'a, K> {
+    kernel: K,
+    nodes: &'a Nodes,
+    origin: Vec3,
+    arms: [Vec3; 2],
+}
+
+struct Sums {
+    /// Means by 1 - s^2 of T, T y_1 and T y_2.
+    third: [[f64; 7]; 3],
+    /// Such mean of H.
+    gradient: Mat3,
+    /// Means of dg_j/da_i over a_i, in row i, and of these times y_1 and y_2.
+    by_axes: [Mat3; 3],
+}
+
+impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Sums {
+        let [u, v, w] = &self.nodes.points;
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let place = Place::new(simd, &self.origin, &self.arms);
+        let zero = Total::zero(simd);
+        let (mut thirds, mut gradients, mut axes, mut whole) =
+            ([[zero; 7]; 3], [zero; 5], [[zero; 9]; 3], zero);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let x = place.of([u, v, w]);
+            let c = |value: f64| weight.constant(value);
+            let (field, second) = self.kernel.second(x);
+            let (n, f) = field.bend(x);
+            let [s1, s2, s3] = field.squares;
+            let inverse = [c(1.0) / s1, c(1.0) / s2, c(1.0) / s3];
+            let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
+            let level = square[0] + square[1] + square[2];
+            let bent = square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
+            let per_level = c(2.0) / level;
+            let common = bent.mul_add(per_level, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
+            // T_ijk = f (delta_ij n_k / s_i + ...) + 2 f n_i n_j n_k (common - 1/s_i - 1/s_j - 1/s_k) / S.
+            let cubic = |i: usize, j: usize, k: usize| {
+                f * per_level * n[i] * n[j] * n[k] * (common - inverse[i] - inverse[j] - inverse[k])
+            };
+            let third = [
+                (c(3.0) * f * n[0]).mul_add(inverse[0], cubic(0, 0, 0)),
+                (f * n[1]).mul_add(inverse[0], cubic(0, 0, 1)),
+                (f * n[2]).mul_add(inverse[0], cubic(0, 0, 2)),
+                (f * n[0]).mul_add(inverse[1], cubic(0, 1, 1)),
+                cubic(0, 1, 2),
+                (c(3.0) * f * n[1]).mul_add(inverse[1], cubic(1, 1, 1)),
+                (f * n[2]).mul_add(inverse[1], cubic(1, 1, 2)),
+            ];
+            let fn_ = [f * n[0], f * n[1], f * n[2]];
+            let gradient = [
+                fn_[0] * n[0] - field.rd[0],
+                fn_[1] * n[1] - field.rd[1],
+                fn_[0] * n[1],
+                fn_[0] * n[2],
+                fn_[1] * n[2],
+            ];
+            let density = weight * (c(1.0) - u * u - v * v);
+            whole.add(density);
+            for (m, share) in [density, density * u, density * v].into_iter().enumerate() {
+                for k in 0..7 {
+                    thirds[m][k].add_product(share, third[k]);
+                }
+            }
+            for k in 0..5 {
+                gradients[k].add_product(density, gradient[k]);
+            }
+            // 3 / (sqrt(s_1 s_2 s_3)) = f S.
+            let last = f * level;
+            let mut by_axes = [c(0.0); 9];
+            for i in 0..3 {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                let falling = fn_[i] * n[i];
+                by_axes[3 * i + i] = x[i] * (last * inverse[i] - second[j] - second[k]) - falling * n[i];
+                by_axes[3 * i + j] = x[j] * second[k] - falling * n[j];
+                by_axes[3 * i + k] = x[k] * second[j] - falling * n[k];
+            }
+            for (m, share) in [weight, weight * u, weight * v].into_iter().enumerate() {
+                for k in 0..9 {
+                    axes[m][k].add_product(share, by_axes[k]);
+                }
+            }
+        }
+        let all = whole.value();
+        let mean = |total: Total<S>| total.value() / all;
+        let [xx, yy, xy, xz, yz] = [
+            mean(gradients[0]),
+            mean(gradients[1]),
+            mean(gradients[2]),
+            mean(gradients[3]),
+            mean(gradients[4]),
+        ];
+        let mut sums = Sums {
+            third: [[0.0; 7]; 3],
+            gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy)),
+            by_axes: [Mat3::zeros(); 3],
+        };
+        for m in 0..3 {
+            for k in 0..7 {
+                sums.third[m][k] = mean(thirds[m][k]);
+            }
+            for k in 0..3 {
+                let row = total_vector([axes[m][3 * k], axes[m][3 * k + 1], axes[m][3 * k + 2]]);
+                sums.by_axes[m].set_row(k, &row.transpose());
+            }
+        }
+        sums
+    }
+}

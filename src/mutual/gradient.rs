@@ -1,0 +1,173 @@
+//! The derivatives of force and torques as means of the other body's field gradient, over the nodes of [`super::means`].
+//!
+//! With x = o + z, z = sum_k e_k y_k the arm of a node, g the field and H = dg/dx, the force on the body that is integrated over
+//! is F = <g>, its torque M = <z x g> and that of the field body N = <-x x g>. A step of o by do and a turn of the arms by alpha give
+//!
+//!   dF = <H> do + <H (alpha x z)>,
+//!   dM = <z x H do> + <(alpha x z) x g + z x H (alpha x z)>,
+//!   dN = <dn/dx> do + <dn/dx (alpha x z)>,   n = -x x g,
+//!
+//! so that the means of H, H y_k, H y_k y_l, dn/dx and dn/dx y_k are all that is summed. From a distance n is much smaller than
+//! |x| |g|: with Q_i the differences of the R_i, n_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f n_2 n_3 n_j (a_3^2 - a_2^2) / (x_2 x_3) in the
+//! notation of [`crate::gravity::PointField::bend`], no digits are lost.
+
+use super::means::Place;
+use super::{Balance, Roles};
+use crate::gravity::FieldKernel;
+use crate::math::lanes::{Lanes, Total, total_vector};
+use crate::math::matrix::{cross_times, times_cross};
+use crate::math::{Mat3, Vec3};
+use crate::quadrature::Nodes;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Loads and their derivatives, in the field body's canonical frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slopes {
+    pub balance: Balance,
+    /// Of the force, with the place.
+    pub force_by_place: Mat3,
+    /// Of the force, with a turn of the body that is integrated over. The torque's with the place is the transposed of it.
+    pub force_by_turn: Mat3,
+    /// Of the torque, with such a turn.
+    pub torque_by_turn: Mat3,
+    /// Of the field body's torque, with the place.
+    pub field_by_place: Mat3,
+    /// Of the field body's torque, with a turn of the body that is integrated over.
+    pub field_by_turn: Mat3,
+}
+
+/// The means over nodes whose coordinates `semi_axes` turn into the body's canonical frame. M = (D + 1) (D + 2) / 2.
+pub(super) fn slopes<const D: usize, const M: usize>(
+    arch: Arch,
+    kernel: impl FieldKernel,
+    nodes: &Nodes,
+    semi_axes: [f64; D],
+    roles: &Roles,
+) -> Slopes {
+    let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
+    let sums = arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin: roles.origin, axes });
+    let mut slopes = Slopes {
+        balance: Balance { force: sums.force, torque: Vec3::zeros(), torque_field: sums.torque_field },
+        force_by_place: sums.gradient[0],
+        force_by_turn: Mat3::zeros(),
+        torque_by_turn: Mat3::zeros(),
+        field_by_place: sums.turning[0],
+        field_by_turn: Mat3::zeros(),
+    };
+    let mut second = 1 + D;
+    for k in 0..D {
+        let pull = &sums.moment[k];
+        slopes.balance.torque += axes[k].cross(pull);
+        slopes.force_by_turn -= times_cross(&sums.gradient[1 + k], &axes[k]);
+        slopes.field_by_turn -= times_cross(&sums.turning[1 + k], &axes[k]);
+        // (alpha x e) x g.
+        slopes.torque_by_turn += axes[k] * pull.transpose() - Mat3::from_diagonal_element(axes[k].dot(pull));
+        for l in k..D {
+            let product = times_cross(&cross_times(&axes[k], &sums.gradient[second]), &axes[l]);
+            slopes.torque_by_turn -= if l == k { product } else { product + product.transpose() };
+            second += 1;
+        }
+    }
+    slopes
+}
+
+struct GradientSum<'a, K, const D: usize, const M: usize> {
+    kernel: K,
+    nodes: &'a Nodes,
+    origin: Vec3,
+    axes: [Vec3; D],
+}
+
+struct Sums<const D: usize, const M: usize> {
+    /// Mean of g.
+    force: Vec3,
+    /// Means of y_k g.
+    moment: [Vec3; D],
+    /// Mean of n.
+    torque_field: Vec3,
+    /// Means of H, of H y_k, and of H y_k y_l with l not below k.
+    gradient: [Mat3; M],
+    /// Means of dn/dx, and of dn/dx y_k in the first D of the others.
+    turning: [Mat3; M],
+}
+
+impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_, K, D, M> {
+    type Output = Sums<D, M>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Sums<D, M> {
+        let [u, v, w] = &self.nodes.points;
+        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
+        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
+        let differences = self.kernel.square_differences();
+        let zero = Total::zero(simd);
+        let (mut force, mut moments, mut torque) = ([zero; 3], [[zero; 3]; D], [zero; 3]);
+        let (mut gradients, mut turnings) = ([[zero; 5]; M], [[zero; 9]; M]);
+        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
+            let y = [u, v, w];
+            let x = place.of(y);
+            let field = self.kernel.field(x);
+            let (n, f) = field.bend(x);
+            let fn_ = [f * n[0], f * n[1], f * n[2]];
+            // Trace zero leaves five numbers: xx, yy, xy, xz, yz.
+            let gradient = [
+                fn_[0] * n[0] - field.rd[0],
+                fn_[1] * n[1] - field.rd[1],
+                fn_[0] * n[1],
+                fn_[0] * n[2],
+                fn_[1] * n[2],
+            ];
+            let mut share = [weight; M];
+            let mut next = 1 + D;
+            for k in 0..D {
+                share[1 + k] = weight * y[k];
+                for l in k..D {
+                    share[next] = share[1 + k] * y[l];
+                    next += 1;
+                }
+            }
+            for m in 0..M {
+                for i in 0..5 {
+                    gradients[m][i].add_product(share[m], gradient[i]);
+                }
+            }
+            let turning = field.turning(x, (n, f), differences);
+            for i in 0..3 {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                let pull = x[i] * field.rd[i];
+                force[i].add_product(weight, pull);
+                for m in 0..D {
+                    moments[m][i].add_product(share[1 + m], pull);
+                }
+                torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
+                for m in 0..=D {
+                    for c in 0..3 {
+                        turnings[m][3 * i + c].add_product(share[m], turning[i][c]);
+                    }
+                }
+            }
+        }
+        let (mut moment, mut gradient, mut turning) =
+            ([Vec3::zeros(); D], [Mat3::zeros(); M], [Mat3::zeros(); M]);
+        for k in 0..D {
+            moment[k] = -total_vector(moments[k]);
+        }
+        for m in 0..M {
+            let [xx, yy, xy, xz, yz] = [
+                gradients[m][0].value(),
+                gradients[m][1].value(),
+                gradients[m][2].value(),
+                gradients[m][3].value(),
+                gradients[m][4].value(),
+            ];
+            gradient[m] = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy));
+        }
+        for m in 0..=D {
+            for c in 0..9 {
+                turning[m][(c / 3, c % 3)] = turnings[m][c].value();
+            }
+        }
+        Sums { force: -total_vector(force), moment, torque_field: total_vector(torque), gradient, turning }
+    }
+}

@@ -1,0 +1,109 @@
+"""What does not fit is refused by name, and folds and contact are named too."""
+
+import fullbody
+import numpy as np
+import pytest
+import support
+
+analysis = fullbody.analysis
+E, S = analysis.relative_equilibrium, fullbody.FullbodyError
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "none given; expected one of separation, angular_momentum and rate"),
+        ({"separation": 3.0, "rate": 1.0}, "separation, rate given; expected one of"),
+        ({"separation": -3.0}, "separation is -3.0; expected a number above zero"),
+        ({"separation": np.nan}, "separation is nan; expected a finite number"),
+        ({"separation": 0.9}, "A and B overlap, their centres 0.9 apart"),
+        (
+            {"angular_momentum": 1e-3},
+            "no relative equilibrium of these axes has the angular momentum 0.001; .* least is",
+        ),
+        ({"separation": 3.0, "spin": {"A": 1.0}}, r"A, which has no axis of symmetry; .*averaged\(system, 'A'\)"),
+        ({"separation": 3.0, "spin": {"C": 1.0}}, "a body of spin is 'C'; expected one of A, B"),
+        ({"separation": 3.0, "spin": 1.0}, "spin is 1.0; expected spins by names of bodies"),
+        ({"separation": 3.0, "axes": {"B": "xx"}}, "axes of B is 'xx'; expected two of x, y and z"),
+        ({"seperation": 3.0}, "'seperation' is no option of relative_equilibrium; did you mean 'separation'"),
+    ],
+)
+def test_equilibria(pair, given, message):
+    with pytest.raises(S, match=message):
+        E(pair, **given)
+
+
+def test_systems(pair, locked):
+    alone = fullbody.System([pair["A"]], G=1.0)
+    with pytest.raises(fullbody.InvalidInput, match="the system has 1 bodies; expected two"):
+        E(alone, separation=1.0)
+    tide = fullbody.forces.Tide(on="A", by="B", k2=1e-5, lag=0.01)
+    with pytest.raises(fullbody.InvalidInput, match=r"forces from outside \(tide on A\); expected system.with_forces"):
+        E(pair.with_forces([tide]), separation=3.0)
+    with pytest.raises(fullbody.InvalidInput, match="gravity is 'multipole:4', whose derivatives are not known"):
+        E(pair.with_options(gravity="multipole:4"), separation=3.0)
+    still = fullbody.State([[0, 0, 0], [4, 0, 0]], np.zeros((2, 3)))
+    with pytest.raises(fullbody.InvalidInput, match="start has no angular momentum"):
+        E(pair, separation=3.0, start=still)
+    with pytest.raises(fullbody.InvalidInput, match="axes and start are both given"):
+        E(pair, separation=3.0, start=locked.state, axes={"B": "xz"})
+    with pytest.raises(fullbody.InvalidInput, match="copies is 1; expected a whole number, 2 or more"):
+        analysis.averaged(pair, "A", copies=1)
+
+
+def test_folds_are_named():
+    # Two spheres at the fold in J, where Newton's step is singular.
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0), fullbody.Body(fullbody.Sphere(0.6), mass=0.4)]
+    system = fullbody.System(bodies, G=1.0)
+    fold = np.sqrt(3 * 0.4576 / (0.4 / 1.4))
+    start = E(system, separation=fold * 1.05).state
+    least = np.sqrt(1.4) * (0.4 / 1.4 * np.sqrt(fold) + 0.4576 / fold**1.5)
+    with pytest.raises(fullbody.NotConverged, match="angular momentum"):
+        E(system, angular_momentum=least * (1 - 1e-6), start=start)
+    with pytest.raises(fullbody.NotConverged, match="no relative equilibrium of these axes"):
+        E(system, angular_momentum=least * (1 - 1e-6))
+    assert analysis.equilibria(system, least * 0.99).apart == ()
+
+
+def test_points_have_equilibria_too():
+    # Kepler: no modes but the orbit's own, of the same frequency.
+    system = support.points(1.0, 0.5)
+    found = E(system, separation=2.0)
+    assert found.rate == pytest.approx(np.sqrt(1.5 / 8.0), rel=1e-14)
+    assert found.modes.frequency == pytest.approx([float(found.rate)], rel=1e-9)
+    assert E(system, angular_momentum=0.7).separation == pytest.approx(0.7**2 / (1 / 9) / 0.5 * 1 / 3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"period": -1.0}, "period is -1.0; expected a number above zero"),
+        ({"period": 5.0, "segments": 0}, "segments is 0; expected a whole number, 1 or more"),
+        ({"period": 5.0, "tolerance": 0.0}, "tolerance is 0.0; expected a number above zero"),
+        ({"period": 5.0, "hold": "momentum"}, "hold has 'momentum'; expected some of period, energy, angular_momentum"),
+        ({"period": 11.0}, "no periodic orbit found"),
+    ],
+)
+def test_periodic_orbits(pair, locked, options, message):
+    start = locked.state.kick("B", [0.02, 0.01, 0.03]).rotated("B", [1, 2, 3], 0.4)
+    with pytest.raises(S, match=message):
+        analysis.periodic_orbit(pair, start, **options)
+
+
+def test_branches_and_others(pair, locked):
+    with pytest.raises(fullbody.InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
+        analysis.branch(locked, "rate", until=1.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"until is -1\.0; expected a number above zero"):
+        analysis.branch(locked, until=-1.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"equilibrium is 3; expected a RelativeEquilibrium"):
+        analysis.branch(3, until=1.0)
+    assert analysis.branch(locked, until=3.0, steps=2).end == "steps"
+    with pytest.raises(fullbody.InvalidInput, match=r"angular_momentum is 0\.0; expected a number above zero"):
+        analysis.equilibria(pair, 0.0)
+    with pytest.raises(fullbody.InvalidInput, match="mode is 9; expected 0 to 6"):
+        locked.modes.excited(9, 0.1)
+    with pytest.raises(fullbody.InvalidInput, match=r"event is 3; expected one of fullbody\.events"):
+        analysis.section(pair, locked.state, 1.0, 3)
+    run = pair.integrate(locked.state, 5.0, output=0.5)
+    with pytest.raises(fullbody.InvalidInput, match=r"quantity has shape \(3,\); expected \(11,\)"):
+        analysis.frequencies(run, np.zeros(3))

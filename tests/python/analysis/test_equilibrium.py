@@ -1,0 +1,216 @@
+"""Relative equilibria and their modes: closed forms, limits of small figures, runs."""
+
+import fullbody
+import mpmath
+import numpy as np
+import pytest
+import support
+from scipy.special import elliprd
+
+analysis = fullbody.analysis
+AXES = (0.5, 0.42, 0.37)
+
+
+def small(mass, size, axes=(1.0, 0.9, 0.8)):
+    """A point of mass one and a small ellipsoid; G = 1."""
+    shape = fullbody.Ellipsoid(*(size * np.array(axes)))
+    return fullbody.System([fullbody.Body(fullbody.PointMass(), mass=1.0), fullbody.Body(shape, mass=mass)], G=1.0)
+
+
+@pytest.mark.parametrize("line", "xyz")
+@pytest.mark.parametrize("separation", [1.6, 2.5, 40.0])
+def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
+    bodies = [
+        fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(*AXES), mass=0.3, name="B"),
+    ]
+    pole = {"x": "z", "y": "z", "z": "x"}[line]
+    found = analysis.relative_equilibrium(
+        fullbody.System(bodies, G=1.0), separation=separation, axes={"B": line + pole}
+    )
+    # Outside along an axis, kappa = r^2 - a^2: g = G M r R_D(b^2 + kappa, c^2 + kappa; r^2).
+    a = AXES["xyz".index(line)]
+    others = [AXES[k] ** 2 + separation**2 - a**2 for k in range(3) if "xyz"[k] != line]
+    expected = 1.3 * elliprd(*others, separation**2)
+    assert abs(found.rate**2 / expected - 1) < 1e-14
+    assert abs(found.separation / separation - 1) < 1e-15
+    assert found.residual < 1e-14
+    assert len(found.modes) == 4
+
+
+@pytest.mark.parametrize("mass", [1e-6, 0.3])
+def test_libration_in_the_limit_of_small_figures(mass):
+    # theta'' = -3 G M (B - A) / (C r^3) theta, and n^2 = G (M + m) / r^3.
+    a, b = 1.0, 0.9
+    expected = np.sqrt(3 * (a**2 - b**2) / (a**2 + b**2) / (1 + mass))
+    errors = []
+    for size in (0.02, 0.01):
+        found = analysis.relative_equilibrium(small(mass, size), separation=1.0)
+        modes = found.modes
+        libration = modes.frequency[modes.in_plane].min() / found.rate
+        errors.append(abs(libration / expected - 1))
+    assert errors[0] < 1e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_roll_and_yaw_in_the_limit_of_small_figures():
+    # Kane's and Hughes' quartic of a satellite under the gravity gradient, x along the line and z along the normal.
+    a, b, c = 1.0, 0.9, 0.8
+    A, B, C = b * b + c * c, a * a + c * c, a * a + b * b
+    roll, yaw = (C - A) / B, (C - B) / A
+    expected = np.sqrt(np.roots([1.0, -(1 + 3 * roll + roll * yaw), 4 * roll * yaw]))
+    found = analysis.relative_equilibrium(small(1e-9, 1e-3), separation=1.0)
+    out = found.modes.frequency[~found.modes.in_plane] / found.rate
+    np.testing.assert_allclose(np.sort(out), np.sort(expected), rtol=1e-5)
+
+
+def test_epicycles_about_a_spheroid():
+    # A light sphere about a heavy spheroid: the radial and the vertical frequency of a particle in its field.
+    a, c, r = 1.0, 0.7, 1.9
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(a, a, c), mass=1.0, name="A"),
+        fullbody.Body(fullbody.Sphere(1e-4), mass=1e-9, name="B"),
+    ]
+    found = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=r, spin={"A": 2.3})
+
+    def squared_rate(x):
+        kappa = x * x - a * a
+        return mpmath.elliprd(a * a + kappa, c * c + kappa, x * x)
+
+    vertical = mpmath.sqrt(mpmath.elliprd(r * r, r * r, c * c + r * r - a * a))
+    radial = mpmath.sqrt(r * mpmath.diff(squared_rate, r) + 4 * squared_rate(r))
+    modes = found.modes
+    assert modes.frequency[modes.in_plane][0] == pytest.approx(float(radial), rel=1e-8)
+    assert np.abs(modes.frequency / float(vertical) - 1).min() < 1e-8
+    assert found.locked == ("B",)
+    # The third one is the free nutation of the spheroid, as seen from the turning frame.
+    nutation = 2.3 * (2 * a * a / (a * a + c * c))
+    assert np.abs(modes.frequency - (nutation - found.rate)).min() < 1e-8
+
+
+def test_frequencies_are_those_of_runs(pair, locked):
+    modes = locked.modes
+    for mode, coordinate in ((3, 1), (5, None)):
+        assert modes.in_plane[mode] == (coordinate is not None), modes.frequency
+        period = modes.period[mode]
+        run = pair.integrate(modes.excited(mode, 1e-5), 40 * period, output=period / 16)
+        angles = fullbody.observables.roll_pitch_yaw(run, body="B", about="A")
+        angle = np.asarray(angles)[:, 2 if coordinate else 0]
+        found = analysis.frequencies(run, angle, count=1)
+        assert found.frequency[0] == pytest.approx(modes.frequency[mode], rel=1e-6)
+
+
+def test_equilibria_stay_still_in_runs():
+    # Bodies without planes of symmetry, whose equilibrium no alignment of axes is.
+    parts = [
+        fullbody.Part(fullbody.Ellipsoid(0.6, 0.5, 0.4), mass=0.6, position=(0.0, 0.0, 0.0)),
+        fullbody.Part(fullbody.Ellipsoid(0.3, 0.35, 0.25), mass=0.15, position=(0.7, 0.2, 0.3)),
+    ]
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name="A"),
+        fullbody.Body(fullbody.Composite(parts), name="B"),
+    ]
+    system = fullbody.System(bodies, G=1.0)
+    found = analysis.relative_equilibrium(system, separation=3.0)
+    assert found.residual < 1e-14
+    assert len(found.modes) == 7
+    tilt = np.degrees(np.arccos(np.abs(found.state.rotation_matrix[1]).max(axis=0)))
+    assert tilt.max() > 0.5
+    run = system.integrate(found.state, 2 * found.period, output=found.period / 7)
+    apart = run.position[:, 1] - run.position[:, 0]
+    assert np.ptp(np.linalg.norm(apart, axis=1)) < 1e-11
+    R = np.array([state.rotation_matrix for state in run])
+    relative = np.swapaxes(R[:, 0], 1, 2) @ R[:, 1]
+    assert support.angle_between(relative, relative[0]).max() < 1e-10
+
+
+def test_only_the_pose_counts(pair, locked):
+    # The same equilibrium from a state that is turned and moves on.
+    q = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
+    R = support.matrix(q)
+    state = locked.state
+    turned = fullbody.State(
+        state.position @ R.T + 1.0,
+        state.velocity @ R.T + [0.1, 0.2, 0.3],
+        [support.quaternion_product(q, a) for a in state.attitude],
+        state.spin,
+    )
+    for given in ({"angular_momentum": locked.angular_momentum}, {"rate": locked.rate}, {"separation": 4.0}):
+        found = analysis.relative_equilibrium(pair, start=turned, **given)
+        assert found.separation == pytest.approx(4.0, rel=1e-12)
+        np.testing.assert_allclose(found.modes.frequency, locked.modes.frequency, rtol=1e-9)
+
+
+def test_curvature_is_that_of_the_energy(pair, locked):
+    # With the pose changed along the eigenvector and the momenta chosen best, the energy grows by half the curvature.
+    values, ways = locked._rotation.amended_hessian()
+    assert len(values) == 8
+    J = np.array([0.0, 0.0, locked.angular_momentum])
+    masses, inertia = pair.masses, [body.inertia for body in pair]
+
+    def amended(pose):
+        state = locked._problem.pair.state(pose)
+        total = np.zeros((3, 3))
+        m = masses.prod() / masses.sum()
+        total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))
+        for R, moments in zip(np.asarray(state.rotation_matrix), inertia, strict=True):
+            total += R @ np.diag(moments) @ R.T
+        energy = pair.interactions(pair._state(state)).potential_energy
+        return energy + J @ np.linalg.solve(total, J) / 2
+
+    unit = masses.prod() / locked.separation
+    for value, way in zip(values, ways.T, strict=True):
+        h = 5e-4
+        pose = locked._rotation.pose
+        found = (amended(pose.moved(h * way)) - 2 * amended(pose) + amended(pose.moved(-h * way))) / h**2 / unit
+        assert found == pytest.approx(value, rel=1e-4, abs=1e-6)
+    assert locked.energetically_stable
+
+
+def test_energy_of_departures_is_conserved(locked):
+    # A^T Q + Q A = 0 for the rates A and the energy Q of departures; with bodies that spin as well.
+    spinning = fullbody.System(
+        [
+            fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 0.8), mass=1.0, name="A"),
+            fullbody.Body(fullbody.Ellipsoid(*AXES), mass=0.3, name="B"),
+        ],
+        G=1.0,
+    )
+    other = analysis.relative_equilibrium(spinning, separation=2.5, spin={"A": -1.7})
+    assert len(other.modes) == 6
+    for found in (locked, other):
+        A, Q = found._rotation.rates(), found._rotation.energy_form()
+        assert np.abs(A.T @ Q + Q @ A).max() < 1e-14
+        assert np.abs(A @ found._rotation.generators()).max() < 1e-15
+        _, a, q = found._rotation.reduced()
+        assert np.abs(a.T @ q + q @ a).max() < 1e-13 * np.abs(q).max()
+
+
+def test_the_mean_over_turns_of_a_primary():
+    system, _ = fullbody.systems.kw4()
+    mean = analysis.averaged(system, "Alpha", copies=8)
+    found = analysis.relative_equilibrium(mean, separation=2.54, spin={"Alpha": 2.27})
+    assert found.locked == ("Beta",)
+    assert len(found.modes) == 6
+    assert found.linearly_stable
+    # The mean of the forces that the turning primary exerts.
+    forces = []
+    for angle in np.linspace(0.0, np.pi, 8, endpoint=False):
+        turned = found.state.rotated("Alpha", [0, 0, 1], angle)
+        forces.append(system.interactions(turned).force)
+    mean_force = np.mean(forces, axis=0)
+    scale = np.abs(mean_force).max()
+    assert support.worst(mean.interactions(found.state).force, mean_force, scale) < 1e-13
+
+
+def test_units_come_and_go():
+    plain, _ = fullbody.systems.kw4()
+    united, _ = fullbody.systems.kw4(units=True)
+    one = analysis.relative_equilibrium(plain, separation=4.0)
+    other = analysis.relative_equilibrium(united, separation="4000 m")
+    assert other.rate.to_value("rad / h") == pytest.approx(one.rate, rel=1e-9)
+    assert str(other.modes.frequency.unit) == "rad / h"
+    assert "4 km" in repr(other)
+    assert "Modes" in other._repr_html_()
+    run = united.integrate(other.state, other.period / 10)
+    assert len(run) > 1

@@ -1,0 +1,108 @@
+"""Branches, folds, and all equilibria of an angular momentum; two spheres in closed form."""
+
+import fullbody
+import numpy as np
+import pytest
+
+analysis = fullbody.analysis
+
+
+@pytest.fixture(scope="module")
+def spheres():
+    """Two spheres, their reduced mass and the sum of their moments of inertia; G = 1."""
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0), fullbody.Body(fullbody.Sphere(0.6), mass=0.4)]
+    return fullbody.System(bodies, G=1.0), 0.4 / 1.4, 0.4 * (1.0 + 0.4 * 0.36)
+
+
+def momentum(d, m, inertia):
+    """Of two locked spheres at a distance."""
+    return np.sqrt(1.4) * (m * np.sqrt(d) + inertia / d**1.5)
+
+
+def test_the_fold_of_two_spheres(spheres):
+    # dJ/dd = 0 where m d^2 = 3 I.
+    system, m, inertia = spheres
+    fold = np.sqrt(3 * inertia / m)
+    far = analysis.relative_equilibrium(system, separation=4.0)
+    for over, until, end in (("separation", 1.7, "reached"), ("angular_momentum", 0.1, "contact")):
+        branch = analysis.branch(far, over, until=until)
+        assert branch.end == end
+        assert [found.quantity for found in branch.folds] == ["angular_momentum"]
+        found = branch.folds[0].equilibrium
+        # Near the fold the momentum is flat: the place has half the digits of the value.
+        assert found.separation == pytest.approx(fold, rel=1e-9)
+        assert found.angular_momentum == pytest.approx(momentum(fold, m, inertia), rel=1e-14)
+        np.testing.assert_allclose(branch.angular_momentum, momentum(branch.separation, m, inertia), rtol=1e-12)
+        assert np.array_equal(branch.energetically_stable, branch.separation > fold)
+        # Spheres exert no torque: to leave the nearer ones they would have to lose energy.
+        assert branch.linearly_stable.all()
+    assert branch.separation[-1] == pytest.approx(1.6, abs=1e-5)
+
+
+def test_spheres_of_an_angular_momentum(spheres):
+    system, m, inertia = spheres
+    J = 0.7
+    # m x^4 - J x^3 / sqrt(GM) + I = 0 with x^2 = d.
+    quartic = np.roots([m, -J / np.sqrt(1.4), 0.0, 0.0, inertia])
+    expected = np.sort([x.real**2 for x in quartic if abs(x.imag) < 1e-9 and x.real > 0 and x.real**2 > 1.6])
+    found = analysis.equilibria(system, J)
+    assert sorted(one.separation for one in found.apart) == pytest.approx(expected, rel=1e-12)
+    energies = [J**2 / (2 * (m * d**2 + inertia)) - 0.4 / d for d in expected]
+    assert sorted(one.energy for one in found.apart) == pytest.approx(sorted(energies), rel=1e-12)
+    # At rest upon each other.
+    assert found.least.energy == pytest.approx(min(*energies, J**2 / (2 * (m * 1.6**2 + inertia)) - 0.4 / 1.6))
+
+
+def test_the_least_energy_goes_from_contact_to_the_orbit(spheres):
+    system, m, inertia = spheres
+    touching = m * 1.6**2 + inertia
+    # They rest upon each other while J^2 m d / touching^2 < G m m / d^2.
+    limit = np.sqrt(0.4 / 1.6**2 / (m * 1.6)) * touching
+    for J, rests, orbits in ((0.4, True, 0), (0.99 * limit, True, None), (1.01 * limit, False, None)):
+        found = analysis.equilibria(system, J)
+        assert bool(found.touching) == rests
+        if orbits is not None:
+            assert len(found.apart) == orbits
+            assert isinstance(found.least, analysis.Touching)
+        if rests:
+            assert found.touching[0].energy == pytest.approx(J**2 / (2 * touching) - 0.4 / 1.6, rel=1e-12)
+    assert isinstance(found.least, analysis.RelativeEquilibrium)
+    assert found.least.energetically_stable
+
+
+def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(pair):
+    found = analysis.equilibria(pair, 0.75)
+    assert not found.missed
+    stable = [one for one in found.apart if one.energetically_stable]
+    assert len(stable) == 1
+    assert found.apart[0] is stable[0]
+    # Two separations for each of the 36 alignments, but where the nearer one would overlap.
+    assert 36 <= len(found.apart) <= 72
+    same = analysis.relative_equilibrium(pair, angular_momentum=0.75)
+    assert same.energy == pytest.approx(stable[0].energy, rel=1e-13)
+    # Stationary points of the amended potential: J dOmega has no part in the energy, dE = Omega dJ along a family.
+    less, more = (analysis.relative_equilibrium(pair, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
+    assert (more.energy - less.energy) / (more.angular_momentum - less.angular_momentum) == pytest.approx(
+        same.rate, rel=1e-7
+    )
+
+
+def test_a_branch_may_be_drawn(spheres):
+    pytest.importorskip("matplotlib").use("Agg")
+    import matplotlib.pyplot as plt
+
+    far = analysis.relative_equilibrium(spheres[0], separation=3.0)
+    branch = analysis.branch(far, until=1.9)
+    _, (one, other) = plt.subplots(1, 2)
+    assert branch.plot(one) is one
+    assert branch.plot(other, x="angular_momentum", y="frequency") is other
+    assert one.get_xlabel() == "separation [system units]"
+    assert {text.get_text() for text in one.get_legend().get_texts()} == {
+        "minimum of energy",
+        "linearly stable",
+        "fold in angular momentum",
+    }
+    assert len(far.modes.plot()) == len(far.modes) == 1
+    with pytest.raises(fullbody.InvalidInput, match="y is 'mass'; expected one of separation"):
+        branch.plot(y="mass")
+    plt.close("all")
