@@ -82,7 +82,7 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, polyhedra; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, polyhedra, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -91,6 +91,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
 	$(BIN)/python benches/polyhedra.py
+	$(BIN)/python benches/derivatives.py
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py
 	$(BIN)/python benches/killed.py

@@ -41,6 +41,7 @@ from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
 from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .record.dense import Dense, Samples
+from .record.derivatives import EventDerivatives
 from .record.integrators import (
     DormandPrince54,
     LieGroupVariational,
@@ -86,6 +87,7 @@ __all__ = [
     "DormandPrince54",
     "Ellipsoid",
     "Energy",
+    "EventDerivatives",
     "ForceFailed",
     "FullbodyError",
     "InconsistentInput",

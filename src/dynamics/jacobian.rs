@@ -1,12 +1,15 @@
 //! The derivatives of a system's loads and rates at one state.
 
-use super::{BarycentricFrame, DEPARTURE, Parameter, State, System, Variations};
+use super::layout::vector;
+use super::{BarycentricFrame, DEPARTURE, Parameter, Rejected, State, System, Variations};
 use crate::error::{Error, Result};
 use crate::patience::Patience;
 
 /// Derivatives with respect to where the bodies are, how they move, and parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SystemJacobian {
+    /// The rates of the 12 N numbers of a departure along the motion: velocity, acceleration, spin and its rate.
+    pub flow: Vec<f64>,
     /// Of forces (inertial) and torques (body frames), body after body, with positions and rotation vectors (body frames): 6 N rows.
     pub loads: Vec<f64>,
     /// Of the rates of the 12 N numbers of a departure with these numbers: 12 N rows.
@@ -34,8 +37,24 @@ impl System {
         variations.look(&mut dynamics, state.time, &y)?;
         let (loads, rates, by_parameters) =
             (variations.loads().to_vec(), variations.absolute_rates(), variations.absolute_forcing());
+        let mut rate = vec![0.0; y.len()];
+        for part in 0..dynamics.parts() {
+            patience.spend(dynamics.work(), state.time)?;
+            dynamics.derivative(part, state.time, &y, &mut rate).map_err(|rejected| match rejected {
+                Rejected::Failed(error) => *error,
+                other => {
+                    Error::invalid("state", other.reason(), "one at which the equations can be evaluated")
+                }
+            })?;
+        }
+        let centre = dynamics.barycentre_acceleration();
+        let of_body = |body: usize| {
+            let acceleration = vector(&rate, self.layout().velocity(body)) + centre;
+            [state.velocity[body], acceleration, state.spin[body], vector(&rate, self.layout().spin(body))]
+        };
+        let flow: Vec<f64> = (0..state.bodies()).flat_map(of_body).flat_map(|v| [v.x, v.y, v.z]).collect();
         if rates.iter().chain(&by_parameters).all(|number| number.is_finite()) {
-            return Ok(SystemJacobian { loads, rates, by_parameters });
+            return Ok(SystemJacobian { flow, loads, rates, by_parameters });
         }
         let expected = "a finite number; choose units that keep the numbers in range";
         Err(Error::invalid("derivatives", "infinite", expected))

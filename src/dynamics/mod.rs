@@ -12,6 +12,7 @@ mod layout;
 mod parameter;
 mod rejected;
 mod rotor;
+mod split_variations;
 mod splitting;
 mod state;
 mod system;

@@ -86,6 +86,11 @@ impl Parameter {
         }
     }
 
+    /// Whether it changes a mass.
+    pub fn is_mass(self) -> bool {
+        matches!(self, Self::Mass(_) | Self::Density(..))
+    }
+
     /// The body and its semi-axis that it is.
     pub(super) fn semi_axis(self) -> Option<(usize, usize)> {
         match self {

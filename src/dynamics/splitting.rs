@@ -9,6 +9,7 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
+use super::layout::vector;
 use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
 use super::{AttitudeChart, Dynamics, Rejected};
 use crate::environment::BOOK;
@@ -98,6 +99,26 @@ impl Splitting {
             covered: 0.0,
             middle: [zeros.clone(), zeros],
         })
+    }
+
+    /// Which motion is the large part.
+    pub fn parts(&self) -> Parts {
+        self.parts
+    }
+
+    /// An angle that no body turns beyond, nor moves in its orbit, in a drift from a vector: about the fastest of them.
+    pub fn farthest(&self, dynamics: &Dynamics, y: &[f64], size: f64) -> f64 {
+        let layout = dynamics.layout();
+        let mut rate: f64 = 0.0;
+        for body in 0..layout.bodies {
+            rate = rate.max(vector(y, layout.spin(body)).norm());
+            for other in 0..body {
+                let r = vector(y, layout.position(body)) - vector(y, layout.position(other));
+                let mu = self.gravitational_constant * (self.masses[body] + self.masses[other]);
+                rate = rate.max((mu / r.norm().powi(3)).sqrt());
+            }
+        }
+        (rate * size).abs()
     }
 
     /// Forgets the forces of the present vector.

@@ -10,7 +10,6 @@
 //! A and B from the derivatives of the loads, B also from Euler's equations. Many departures are one matrix, a column each; behind the
 //! columns of the initial state there is one for every parameter, with the derivative of the rates by the parameter as a further term.
 
-use super::layout::vector;
 use super::{Dynamics, Parameter};
 use crate::environment::{Environment, LoadSlopes};
 use crate::error::Result;
@@ -39,13 +38,13 @@ pub struct Variations {
     pub(super) inertia: Vec<Vec3>,
     pub(super) slopes: LoadSlopes,
     /// Rows of A and, where a force depends on motions, of its part of B, with zeros behind.
-    by_place: Vec<f64>,
-    by_motion: Vec<f64>,
-    stride: usize,
+    pub(super) by_place: Vec<f64>,
+    pub(super) by_motion: Vec<f64>,
+    pub(super) stride: usize,
     pub(super) spin: Vec<Vec3>,
-    torque: Vec<Vec3>,
+    pub(super) torque: Vec<Vec3>,
     /// Columns of initial departures.
-    initial: usize,
+    pub(super) initial: usize,
     /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
     pub(super) forcing: Vec<[Vec3; 2]>,
 }
@@ -142,14 +141,21 @@ impl Variations {
 
     /// Takes A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
     pub fn look(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
+        self.take(dynamics, time, y, true)
+    }
+
+    /// The same, without the spins where they do not count.
+    pub(super) fn take(
+        &mut self,
+        dynamics: &mut Dynamics,
+        time: f64,
+        y: &[f64],
+        spinning: bool,
+    ) -> Result<()> {
         dynamics.turn(y);
         let g = dynamics.system.gravitational_constant;
         self.slopes.clear();
-        self.torque.fill(Vec3::zeros());
-        self.forcing.fill([Vec3::zeros(); 2]);
-        for body in 0..self.bodies {
-            self.spin[body] = vector(y, dynamics.layout.spin(body));
-        }
+        self.clear(dynamics.layout, y, spinning);
         for (i, j, link) in &dynamics.links {
             let (i, j) = (*i, *j);
             let jacobian = link.jacobian(&dynamics.pose(y, i, j));
@@ -211,7 +217,7 @@ impl Variations {
     }
 
     /// What a semi-axis does to a body's own moments in Euler's equations.
-    fn force_by_inertia(&mut self, bodies: &[Body]) {
+    pub(super) fn force_by_inertia(&mut self, bodies: &[Body]) {
         for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
             for (place, body) in bodies.iter().enumerate() {
                 let Some(slope) = parameter.of_inertia(body, place) else { continue };

@@ -63,6 +63,18 @@ impl Parting {
         rates[count + 1] = if elapsed == 0.0 { 0.0 } else { 2.0 * (growth - vector[count] / elapsed) };
     }
 
+    /// The integrals over a step of fixed size, between whose ends nothing is known: by the trapezoidal rule.
+    pub fn integrate(&self, [from, to]: [f64; 2], before: &[f64], after: &mut [f64]) {
+        let (count, half) = (self.inverse.len(), 0.5 * (to - from));
+        for k in 0..INTEGRALS {
+            // The second takes the first at the end.
+            let (mut first, mut last) = (vec![0.0; before.len()], vec![0.0; before.len()]);
+            self.integrals(from, before, &mut first);
+            self.integrals(to, after, &mut last);
+            after[count + k] = before[count + k] + half * (first[count + k] + last[count + k]);
+        }
+    }
+
     /// Notes a vector at the end of a step, and brings a long one back.
     pub fn settle(&mut self, vector: &mut [f64]) {
         let growth = self.growth(vector);

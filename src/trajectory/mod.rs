@@ -11,6 +11,7 @@ mod dense;
 mod encounter;
 mod events;
 mod integrator;
+mod mapped;
 mod motion;
 mod mover;
 mod output;

@@ -247,7 +247,7 @@ impl Simulation {
         let mut times = Times::new(start, until, output)?;
         let mut watch = Watch::new(&self.motion.equations, events, self.given)?;
         let mut sample = vec![0.0; self.frame().layout.dimension()];
-        let mut tangents = Tangents::new(following, &self.motion, &self.mover, &self.state());
+        let mut tangents = Tangents::new(following, &self.motion, &self.mover, &self.state())?;
         if dense {
             record.dense = Some(Dense::new(self.frame(), self.state()));
         }
@@ -271,7 +271,6 @@ impl Simulation {
             let mut inside = || hook(None, Progress { start, time, end: until });
             let patience = &mut Patience::since(called, &mut inside);
             let watched = dense || !events.is_empty();
-            let by_pieces = !tangents.is_empty() && self.mover.last().is_none();
             let (stop, contact);
             if watched {
                 let (before, known) = (self.checkpoint(), record.events.len());
@@ -287,7 +286,7 @@ impl Simulation {
                 };
             } else {
                 stop = None;
-                contact = self.advance(until, |now| by_pieces || times.pending(now).is_some(), patience)?;
+                contact = self.advance(until, |now| times.pending(now).is_some(), patience)?;
             }
             let now = self.time();
             let met = contact.map_or(now, |contact| contact.time);

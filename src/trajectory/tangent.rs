@@ -2,10 +2,11 @@
 
 use super::chaos::{INTEGRALS, Parting};
 use super::dense::piece_at;
+use super::mapped::Mapped;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::record::Trajectory;
-use crate::dynamics::{Dynamics, Parameter, State, Variations};
+use crate::dynamics::{Dynamics, Parameter, Parts, State, Variations};
 use crate::error::{Error, Result};
 use crate::integrate::{Linear, Segment, VERNER98};
 use crate::patience::Patience;
@@ -38,10 +39,17 @@ struct Tangent {
 
 impl Tangents {
     /// At the start of a run.
-    pub fn new(following: &Following, motion: &Motion, mover: &Mover, start: &State) -> Self {
+    pub fn new(following: &Following, motion: &Motion, mover: &Mover, start: &State) -> Result<Self> {
         let equations = &motion.equations;
         let mut all = Vec::new();
         if let Some(parameters) = &following.derivatives {
+            let jacobi = mover.fixed().is_some_and(|(_, splitting)| splitting.parts() == Parts::Kepler);
+            let masses = parameters.iter().any(|parameter| parameter.is_mass());
+            if jacobi && masses && start.bodies() > 2 {
+                let found = "by a mass, of three bodies and more in Jacobi's coordinates";
+                let expected = "Verner98 for it, whose coordinates do not change with the masses";
+                return Err(Error::invalid("derivatives", found, expected));
+            }
             let variations = Variations::new(equations, parameters.clone());
             let columns = variations.start();
             all.push(Tangent::new(variations, None, columns, motion, mover, start));
@@ -52,12 +60,7 @@ impl Tangents {
             let column = parting.start();
             all.push(Tangent::new(variations, Some(parting), column, motion, mover, start));
         }
-        Self(all)
-    }
-
-    /// Whether nothing follows.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        Ok(Self(all))
     }
 
     /// Takes the step that the run has taken from where the departures are.
@@ -113,11 +116,36 @@ impl Tangent {
     }
 
     fn advance(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
-        let Some(step) = mover.last() else {
-            return self.place(&mut motion.equations, mover.pieces(), mover.time(), patience);
-        };
+        let Some(step) = mover.last() else { return self.map(motion, mover, patience) };
         self.step(&mut motion.equations, step.size, true, patience, |stage, _, y| step.stage(stage, y))?;
         self.settle(mover.time());
+        Ok(())
+    }
+
+    /// The derivative of the map of a step of fixed size.
+    fn map(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
+        let Some((stepper, splitting)) = mover.fixed() else { return Ok(()) };
+        let Self { variations, parting, linear, .. } = self;
+        let count = linear.vector().len() - if parting.is_some() { INTEGRALS } else { 0 };
+        let before = linear.vector().to_vec();
+        let mut mapped = Mapped {
+            equations: &mut motion.equations,
+            splitting: splitting.clone(),
+            variations,
+            linear,
+            count,
+            time: self.time,
+            covered: 0.0,
+            known: false,
+            scratch: vec![0.0; count],
+        };
+        stepper.again(&mut mapped, patience)?;
+        let now = mover.time();
+        if let Some(parting) = parting {
+            let times = [self.time - self.start.time, now - self.start.time];
+            parting.integrate(times, &before, linear.vector_mut());
+        }
+        self.settle(now);
         Ok(())
     }
 

@@ -24,6 +24,7 @@ RESULTS = {
     *(
         fullbody.Dense,
         fullbody.Energy,
+        fullbody.EventDerivatives,
         fullbody.Interactions,
         fullbody.Invariants,
         fullbody.Jacobian,

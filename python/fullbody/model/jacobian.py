@@ -25,6 +25,8 @@ class Jacobian(ArrayFields):
         Of the forces, inertial: ``force_by_position[i, :, j, :]`` is what a move of body j does to the force on body i.
     torque_by_position, torque_by_rotation : ndarray or Quantity, (N, 3, N, 3)
         Of the torques, in body frames.
+    flow : ndarray, (12 N,)
+        The rates of change themselves: per body velocity, acceleration, spin and its rate, in the system's own units.
     rates : ndarray, (12 N, 12 N)
         Of the equations of motion: a small departure from the motion changes at this matrix times it. Per body
         position, velocity, rotation vector and spin, in the system's own units.
@@ -36,6 +38,7 @@ class Jacobian(ArrayFields):
     force_by_rotation: Array
     torque_by_position: Array
     torque_by_rotation: Array
+    flow: npt.NDArray[np.float64]
     rates: npt.NDArray[np.float64]
     by_parameter: dict[str, npt.NDArray[np.float64]]
 

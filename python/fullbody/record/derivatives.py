@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..typing import Array
 
-__all__ = ["Differentiated", "departures"]
+__all__ = ["Differentiated", "EventDerivatives", "departures"]
 
 _KINDS = ("position", "velocity", "rotation", "spin")
 
@@ -18,6 +20,28 @@ _KINDS = ("position", "velocity", "rotation", "spin")
 def departures(names: tuple[str, ...]) -> list[str]:
     """What the 12 numbers of each body in a departure are."""
     return [f"{name} {kind} {axis}" for name in names for kind in _KINDS for axis in "xyz"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventDerivatives(ArrayFields):
+    """How the time and the state of a terminal event depend on the start of a run and on parameters.
+
+    Attributes
+    ----------
+    time : ndarray, (12 N,)
+        Derivatives of the event's time by the start.
+    transition : ndarray, (12 N, 12 N)
+        Those of the state at the event, whose time changes too.
+    time_sensitivity : dict of float
+        Derivatives of the time by the parameters.
+    sensitivity : dict of ndarray, (12 N,)
+        Those of the state.
+    """
+
+    time: npt.NDArray[np.float64]
+    transition: npt.NDArray[np.float64]
+    time_sensitivity: dict[str, float]
+    sensitivity: dict[str, npt.NDArray[np.float64]]
 
 
 class Differentiated:
@@ -29,6 +53,8 @@ class Differentiated:
     """
 
     system: Any
+    stop_reason: str
+    events: list[Any]
     _record: dict[str, npt.NDArray[np.float64]]
     #: Names of the parameters that the run was differentiated by.
     _parameters: tuple[str, ...] = ()
@@ -72,6 +98,45 @@ class Differentiated:
             raise InvalidInput("this run keeps no sensitivities; integrate with derivatives=['mass of ...', ...]")
         values = self._record.get("sensitivity")
         return {} if values is None else {name: values[:, k] for k, name in enumerate(self._parameters)}
+
+    def at_last_event(self) -> EventDerivatives:
+        """Derivatives of the time and the state of the terminal event that ended the run.
+
+        At a zero of the event's function g the time changes by dt = -(grad g . dx) / (dg/dt), and the state by
+        dx + f dt, with dx the departure at a fixed time and f the rates of change there. The derivatives of g itself are
+        differences of eighth order.
+
+        Returns
+        -------
+        EventDerivatives
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> apsis = fullbody.events.Apoapsis(0, 1, terminal=True)
+        >>> run = system.integrate(state, 60.0, events=[apsis], derivatives=True)
+        >>> run.at_last_event().time.shape
+        (24,)
+        """
+        if self.stop_reason != "event" or not self.events:
+            raise InvalidInput(f"stop_reason is {self.stop_reason!r}; expected a run that a terminal event ended")
+        transition, sensitivity = self.transition[-1], self.sensitivity
+        happened = self.events[-1]
+        core = self.system._strip(happened.state)
+        slopes, by_time = self.system._core.event_slopes(happened.event._condition(self.system), core)
+        flow = self.system._core.jacobian(core, [])[3]
+        rate = slopes @ flow + by_time
+        if rate == 0.0:
+            raise InvalidInput(f"the function of {happened.event!r} does not change along the run; expected one that does")
+        time = -(slopes @ transition) / rate
+        times = {name: float(-(slopes @ values[-1]) / rate) for name, values in sensitivity.items()}
+        return EventDerivatives(
+            time,
+            transition + np.outer(flow, time),
+            times,
+            {name: values[-1] + flow * times[name] for name, values in sensitivity.items()},
+        )
 
     @property
     def megno(self) -> npt.NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The derivatives of loads and rates at a state: against arbitrary precision, differences, and what symmetry demands."""
+"""The derivatives of loads and rates at a state: arbitrary precision, differences, and what symmetry demands."""
 
 import fullbody
 import numpy as np
