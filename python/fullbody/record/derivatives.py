@@ -128,7 +128,9 @@ class Differentiated:
         flow = self.system._core.jacobian(core, [])[3]
         rate = slopes @ flow + by_time
         if rate == 0.0:
-            raise InvalidInput(f"the function of {happened.event!r} does not change along the run; expected one that does")
+            raise InvalidInput(
+                f"the function of {happened.event!r} does not change along the run; expected one that does"
+            )
         time = -(slopes @ transition) / rate
         times = {name: float(-(slopes @ values[-1]) / rate) for name, values in sensitivity.items()}
         return EventDerivatives(
