@@ -400,7 +400,7 @@ fn in_range(what: &str, values: &[f64]) -> Result<()> {
 }
 
 /// The relative pose of two bodies of a state.
-fn pose(state: &State, i: usize, j: usize) -> Pose {
+pub(super) fn pose(state: &State, i: usize, j: usize) -> Pose {
     Pose {
         separation: state.position[j] - state.position[i],
         rotation_first: rotation::matrix(state.attitude[i]),
