@@ -33,6 +33,7 @@ from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
 from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
@@ -100,6 +101,7 @@ __all__ = [
     "Interrupted",
     "InvalidInput",
     "Invariants",
+    "Jacobian",
     "KeplerElements",
     "LieGroupVariational",
     "Loads",

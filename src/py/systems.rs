@@ -6,7 +6,7 @@ use super::descriptions::{from_python, to_python};
 use super::forces::{Function, forces};
 use super::listening::listening;
 use super::rotations::matrices;
-use crate::dynamics::{State, System};
+use crate::dynamics::{DEPARTURE, Parameter, State, System};
 use crate::environment::Load;
 use crate::error::Error;
 use crate::gravity::BodyPull;
@@ -180,10 +180,28 @@ impl PySystem {
         Ok((force, torque, result.potential_energy, result.left_out))
     }
 
-    /// Derivatives (6 N, 6 N) of forces and torques: per body force, torque by position, rotation vector.
-    fn jacobian<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
-        let size = 6 * self.inner.bodies().len();
-        array(py, listening(py, |patience| self.inner.jacobian(&state.inner, patience))?, &[size, size])
+    /// Derivatives of loads (6N, 6N), of rates (12N, 12N), and of these with parameters (P, 12N).
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        state: &PyState,
+        parameters: Vec<String>,
+    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+        let named = parameters.iter().map(|name| Parameter::named(name, &self.inner));
+        let named: Vec<_> = named.collect::<Result<_, _>>()?;
+        let jacobian = listening(py, |patience| self.inner.jacobian(&state.inner, &named, patience))?;
+        let n = self.inner.bodies().len();
+        Ok((
+            array(py, jacobian.loads, &[6 * n, 6 * n])?,
+            array(py, jacobian.rates, &[DEPARTURE * n, DEPARTURE * n])?,
+            array(py, jacobian.by_parameters, &[named.len(), DEPARTURE * n])?,
+        ))
+    }
+
+    /// Names of the parameters that motions can be differentiated by.
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        Parameter::all(self.inner.bodies(), self.inner.forces()).into_iter().map(|(name, _)| name).collect()
     }
 
     /// Total, translational, rotational, potential.

@@ -28,6 +28,7 @@ RESULTS = {
         fullbody.Gravity,
         fullbody.Interactions,
         fullbody.Invariants,
+        fullbody.Jacobian,
         fullbody.Loads,
         fullbody.Samples,
         fullbody.Statistics,

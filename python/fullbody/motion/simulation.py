@@ -214,6 +214,7 @@ class Simulation:
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
         derivatives: bool | Iterable[str] = False,
+        chaos: bool = False,
     ) -> Run:
         """Move to a time and record; see :meth:`fullbody.System.integrate`.
 
@@ -228,13 +229,14 @@ class Simulation:
             Writes the simulation to a file when the run begins, every so many seconds, and when it ends, whatever ends
             it; :meth:`load` goes on from it. A file that cannot be written ends the run with an OSError.
         derivatives : bool or sequence of str
+        chaos : bool
             Derivatives are those by the state at which this call begins; files of the simulation hold none of them.
 
         Returns
         -------
         Run
         """
-        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives)
+        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives, chaos)
         keep = None
         if autosave is not None:
             path, seconds = autosaving(autosave)
@@ -244,7 +246,7 @@ class Simulation:
         before = self._core.statistics
         with Bar(progress) as report, self._run() as core:
             record, error = core.integrate(
-                task.until, task.output, task.conditions, task.dense, report, keep, task.derivatives
+                task.until, task.output, task.conditions, task.dense, report, keep, task.following
             )
         counts = (now - then for now, then in zip(self._core.statistics, before, strict=True))
         run = task.run(Run, record, counts)
@@ -370,6 +372,7 @@ class System(BaseSystem):  # noqa: D101
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
         derivatives: bool | Iterable[str] = False,
+        chaos: bool = False,
     ) -> Run:
         """Run from a state to a time.
 
@@ -395,8 +398,11 @@ class System(BaseSystem):  # noqa: D101
             :meth:`fullbody.Simulation.load` goes on from it.
         derivatives : bool or sequence of str
             Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
-            differentiated beside that, for ``run.sensitivity``: ``"G"``, ``"mass of Alpha"``, ``"density of Alpha"``
-            (both at its shape). The motion has the same bits as without.
+            differentiated beside that, for ``run.sensitivity``, of ``system.parameters``. The motion has the same bits
+            as without.
+        chaos : bool
+            Whether the growth of a departure is measured, for ``run.megno``, ``run.lyapunov`` and
+            ``run.fast_lyapunov``.
 
         Returns
         -------
@@ -431,6 +437,7 @@ class System(BaseSystem):  # noqa: D101
             progress=progress,
             autosave=autosave,
             derivatives=derivatives,
+            chaos=chaos,
         )
 
     def fly(
