@@ -10,6 +10,7 @@
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
 use super::jacobi::Jacobi;
+use super::layout::vector;
 use super::rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
 use super::{AttitudeChart, Dynamics, Layout, Rejected};
 use crate::environment::BOOK;
@@ -94,6 +95,26 @@ impl Splitting {
             covered: 0.0,
             middle: [zeros.clone(), zeros],
         })
+    }
+
+    /// Which motion is the large part.
+    pub fn parts(&self) -> Parts {
+        self.parts
+    }
+
+    /// An angle that no body turns beyond, nor moves in its orbit, in a drift from a vector: about the fastest of them.
+    pub fn farthest(&self, dynamics: &Dynamics, y: &[f64], size: f64) -> f64 {
+        let (layout, bodies) = (dynamics.layout(), dynamics.system().bodies());
+        let mut rate: f64 = 0.0;
+        for body in 0..layout.bodies {
+            rate = rate.max(vector(y, layout.spin(body)).norm());
+            for other in 0..body {
+                let r = vector(y, layout.position(body)) - vector(y, layout.position(other));
+                let mu = self.gravitational_constant * (bodies[body].mass + bodies[other].mass);
+                rate = rate.max((mu / r.norm().powi(3)).sqrt());
+            }
+        }
+        (rate * size).abs()
     }
 
     /// Forgets the forces of the present vector.

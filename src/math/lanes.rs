@@ -26,6 +26,8 @@ pub enum VectorPath {
     Avx512,
     /// NEON of 64-bit ARM, two lanes.
     Neon,
+    /// The vectors of WebAssembly, two lanes.
+    Simd128,
 }
 
 impl Named for VectorPath {
@@ -36,6 +38,7 @@ impl Named for VectorPath {
         ("avx2", Self::Avx2),
         ("avx512", Self::Avx512),
         ("neon", Self::Neon),
+        ("simd128", Self::Simd128),
     ];
 }
 
@@ -57,6 +60,8 @@ impl VectorPath {
             Self::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            #[cfg(target_arch = "wasm32")]
+            Self::Simd128 => pulp::wasm::Simd128::try_new().map(Arch::Simd128),
             _ => None,
         }
     }

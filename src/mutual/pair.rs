@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::math::matrix::times;
 use crate::math::rotation::{turned, turned_back};
 use crate::patience::{Patience, UNITS};
-use crate::quadrature::Order;
+use crate::quadrature::{Cell, Order};
 use crate::shape::{Shape, growth};
 use pulp::Arch;
 use std::ops::Range;
@@ -82,6 +82,21 @@ impl Pair {
     /// The quadrature in force, if the method has one and a state has been seen.
     pub fn rule(&self) -> Option<&Rule> {
         self.rule.as_ref()
+    }
+
+    /// The method; that of points for two points.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// The points of the rule in force at a pose.
+    pub fn points(&self, pose: &Pose) -> Option<usize> {
+        let rule = self.rule.as_ref()?;
+        let pose = self.scaled(pose);
+        let roles = self.roles(rule.integrated, &pose);
+        let of = |cell: Cell| cell.points * cell.points;
+        let faces = self.faces(rule, &roles).map(|faces| faces.cells(&Self::ALL).map(of).sum());
+        Some(faces.unwrap_or(rule.nodes()))
     }
 
     /// Units of work of an evaluation with the rule in force, for [`crate::patience::Patience`].

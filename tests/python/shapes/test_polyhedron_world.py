@@ -106,6 +106,31 @@ def test_shapes_are_read_from_files(tmp_path, kind):
             Polyhedron.load(path, unit=unit)
 
 
+@pytest.mark.parametrize("make", [fullbody.systems.kw4, fullbody.systems.didymos], ids=lambda make: make.__name__)
+def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
+    """Files as archives have them, with rows of v and f: the ellipsoids of the system as meshes, slightly turned."""
+    system, state = make(units=True)
+    bodies, turn = [], matrix(np.array([np.cos(0.05), 0.0, 0.0, np.sin(0.05)]))
+    for body in system.bodies:
+        axes = [axis.to_value(u.km) for axis in body.shape.semi_axes]
+        solid = icosphere(2, axes)
+        rows = [f"v {x:14.6e} {y:14.6e} {z:14.6e}" for x, y, z in solid.vertices @ turn.T]
+        rows += [f"f {i} {j} {k}" for i, j, k in solid.faces + 1]
+        path = tmp_path / f"{body.name}.tab"
+        path.write_text("\n".join(rows) + "\n")
+        shape = Polyhedron.load(path, unit="km")
+        bodies.append(Body(shape, mass=body.mass, name=body.name))
+        # The mesh lies within its ellipsoid.
+        assert 0.93 < (shape.volume / (4.0 / 3.0 * np.pi * np.prod(axes) * u.km**3)).to_value("") < 1.0
+    meshes = fullbody.System(bodies, units=("km", "hour", "kg"), gravity_tolerance=1e-8)
+    found, expected = meshes.interactions(state), system.interactions(state)
+    close(found.force.value, expected.force.value, 2e-3)
+    quick = fullbody.Verner98(1e-8, 1e-8)
+    runs = [each.integrate(state, 5.0, output=[5.0], integrator=quick) for each in (meshes, system)]
+    ends = [(run.position[-1, 1] - run.position[-1, 0]).to_value(u.km) for run in runs]
+    assert np.linalg.norm(ends[0] - ends[1]) < 0.01 * np.linalg.norm(ends[1])
+
+
 def test_files_that_are_no_shapes_are_refused(tmp_path):
     path = tmp_path / "shape.tab"
     with pytest.raises(FileNotFoundError, match=r"shape\.tab"):
@@ -141,6 +166,7 @@ def test_runs_toml_and_archives_keep_polyhedra(tmp_path):
     simulation.save(tmp_path / "simulation")
     resumed = fullbody.Simulation.load(tmp_path / "simulation")
     assert resumed.system == system
+    assert resumed.quadrature == simulation.quadrature
     assert np.array_equal(resumed.integrate(1.0).position, simulation.integrate(1.0).position)
     write(tmp_path / "a.tab", solid, "tab")
     mesh = f"{{ vertices = {box(1.0, 1.0, 1.0).vertices.tolist()}, faces = {CUBE.tolist()} }}"
