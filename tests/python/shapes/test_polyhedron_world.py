@@ -252,6 +252,8 @@ def test_what_is_not_done_is_refused():
         (CORNERS, CUBE[:, ::-1], "turned inward"),
         (CORNERS * [1.0, 1.0, 0.0], CUBE, "face"),
         (CORNERS * np.nan, CUBE, "vert"),
+        (CORNERS * 1e-150, CUBE, "largest coordinate of the vertices is 1e-150; expected one whose cube is in the range"),
+        (CORNERS * 1e150, CUBE, "largest coordinate of the vertices is 1e150; expected one whose cube is in the range"),
     ],
 )
 def test_bad_meshes_are_refused(vertices, faces, message):
