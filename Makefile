@@ -26,7 +26,8 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel crate check fmt docs bench fuzz \
+.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check \
+	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
 help:  ## this list
@@ -77,6 +78,10 @@ wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel 
 test-wheel: wheel  ## installs the wheel where no Rust is, and the source distribution, and runs 1999 KW4 from both
 	$(BIN)/python tests/installed.py dist
 
+browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into out/browser/
+	rustup target add wasm32-unknown-emscripten
+	$(BIN)/python browser/build.py out/browser
+
 crate: $(MATURIN)  ## packs the crate, and builds it from what was packed
 	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
 	cargo package --allow-dirty
@@ -85,15 +90,15 @@ check: $(VENV)/.dev  ## formats, lints, types, stubs
 	cargo fmt --check
 	cargo clippy --no-default-features --all-targets -- -D warnings
 	cargo clippy --features python -- -D warnings
-	$(BIN)/ruff format --check python reproduction tests benches fuzz
-	$(BIN)/ruff check python reproduction tests benches fuzz
+	$(BIN)/ruff format --check python reproduction tests benches fuzz browser
+	$(BIN)/ruff check python reproduction tests benches fuzz browser
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything
 	cargo fmt
-	$(BIN)/ruff format python reproduction tests benches fuzz
-	$(BIN)/ruff check --fix python reproduction tests benches fuzz
+	$(BIN)/ruff format python reproduction tests benches fuzz browser
+	$(BIN)/ruff check --fix python reproduction tests benches fuzz browser
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
@@ -115,16 +120,19 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, gravity at many points, polyhedra; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, forces from outside, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
 	$(BIN)/python benches/brouwer.py
+	$(BIN)/python benches/splitting.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
 	$(BIN)/python benches/gravity.py
 	$(BIN)/python benches/polyhedra.py
+	$(BIN)/python benches/derivatives.py
+	$(BIN)/python benches/flight.py --million
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py
 	$(BIN)/python benches/killed.py

@@ -11,7 +11,7 @@ Examples
 
 import typing as _typing
 
-from . import ensembles, events, forces, frames, observables, particles, systems
+from . import ensembles, events, forces, frames, observables, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
@@ -33,14 +33,15 @@ from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
 from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
-from .motion.loading import load
+from .motion.loading import load, load_flight
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
-from .particles import Flight, Particles
 from .record.dense import Dense, Samples
+from .record.derivatives import EventDerivatives
 from .record.integrators import (
     DormandPrince54,
     LieGroupVariational,
@@ -57,7 +58,8 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import analysis, fields, plots, spice, view
+    from . import analysis, fields, particles, plots, spice, view
+    from .particles import Flight, Particles
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
@@ -66,13 +68,15 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn, analysed or handed on.
+        # Not every run is drawn, analysed, handed on or flown along.
         from importlib import import_module
 
-        if name in ("analysis", "fields", "plots", "spice", "view"):
+        if name in ("analysis", "fields", "particles", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
         if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
             return getattr(import_module(".peers", __name__), name)
+        if name in ("Flight", "Particles"):
+            return getattr(import_module(".particles", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -89,6 +93,7 @@ __all__ = [
     "DormandPrince54",
     "Ellipsoid",
     "Energy",
+    "EventDerivatives",
     "Flight",
     "ForceFailed",
     "FullbodyError",
@@ -98,6 +103,7 @@ __all__ = [
     "Interrupted",
     "InvalidInput",
     "Invariants",
+    "Jacobian",
     "KeplerElements",
     "LieGroupVariational",
     "Loads",
@@ -135,6 +141,7 @@ __all__ = [
     "from_rebound",
     "integrate_many",
     "load",
+    "load_flight",
     "observables",
     "particles",
     "plots",

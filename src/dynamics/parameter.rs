@@ -1,5 +1,7 @@
 //! The parameters of a system that motions are differentiated by.
 
+use super::System;
+use crate::environment::{Environment, Force};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::mutual::{AxisSlopes, Interaction, Method};
@@ -16,6 +18,8 @@ pub enum Parameter {
     Density(usize, f64),
     /// A semi-axis of an ellipsoid, whose mass stays.
     SemiAxis(usize, usize),
+    /// A number that the loads of a force are in proportion to, with its value.
+    OfForce(usize, f64),
 }
 
 /// How a parameter acts on what two bodies do to each other: factors of the force and the torques per unit G m m.
@@ -29,7 +33,7 @@ pub(super) struct OfPair {
 
 impl Parameter {
     /// The parameters by their names.
-    pub fn all(bodies: &[Body]) -> Vec<(String, Self)> {
+    pub fn all(bodies: &[Body], forces: &[Force]) -> Vec<(String, Self)> {
         let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
         for (k, body) in bodies.iter().enumerate() {
             all.push((format!("mass of {}", body.name), Self::Mass(k)));
@@ -43,31 +47,48 @@ impl Parameter {
                 }));
             }
         }
+        for (k, force) in forces.iter().enumerate() {
+            let factors = match force {
+                Force::ThirdBody(body) => vec![("mu", body.mu)],
+                Force::Tide(tide) => vec![("k2", tide.k2), ("lag", tide.lag)],
+                Force::Byorp(push) => vec![("force", push.force)],
+                Force::Yorp(_) | Force::Function(_) => Vec::new(),
+            };
+            // The derivative by a factor that is zero is not that of loads which vanish with it.
+            let factors = factors.into_iter().filter(|(_, value)| *value != 0.0);
+            all.extend(
+                factors.map(|(what, value)| (format!("{what} of {}", force.name()), Self::OfForce(k, value))),
+            );
+        }
         all
     }
 
-    /// The parameter of a name.
-    pub fn named(name: &str, bodies: &[Body]) -> Result<Self> {
-        let all = Self::all(bodies);
-        match all.iter().find(|(known, _)| known == name) {
-            Some((_, parameter)) => Ok(*parameter),
-            None => {
-                let known: Vec<_> = all.iter().map(|(name, _)| format!("{name:?}")).collect();
-                Err(Error::invalid("parameter", format!("{name:?}"), format!("one of {}", known.join(", "))))
+    /// The parameter of a name, refused where the system has no derivative by it.
+    pub fn named(name: &str, system: &System) -> Result<Self> {
+        let all = Self::all(system.bodies(), system.forces());
+        let Some((_, parameter)) = all.iter().find(|(known, _)| known == name) else {
+            let known: Vec<_> = all.iter().map(|(name, _)| format!("{name:?}")).collect();
+            let expected = format!("one of {}", known.join(", "));
+            return Err(Error::invalid("parameter", format!("{name:?}"), expected));
+        };
+        let refused = |with: String, expected: &str| {
+            Err(Error::invalid("derivatives", format!("by the {name} with {with}"), expected))
+        };
+        let third = system.forces().iter().find(|force| matches!(force, Force::ThirdBody(_)));
+        match (parameter.semi_axis(), third, system.settings().gravity) {
+            (Some(_), Some(force), _) => {
+                refused(format!("the force {}", force.name()), "a system without third bodies for it")
             }
+            (Some(_), None, method @ Method::Multipole(_)) => {
+                refused(format!("gravity=\"{method}\""), "gravity=\"focal\" or \"surface\" for it")
+            }
+            _ => Ok(*parameter),
         }
     }
 
-    /// Refuses one by which a method of gravity has no derivative.
-    pub fn check(self, bodies: &[Body], method: Method) -> Result<Self> {
-        match (self, method) {
-            (Self::SemiAxis(body, _), Method::Multipole(_)) => Err(Error::invalid(
-                "derivatives",
-                format!("by a semi-axis of {} with gravity=\"{method}\"", bodies[body].name),
-                "gravity=\"focal\" or gravity=\"surface\" for it",
-            )),
-            _ => Ok(self),
-        }
+    /// Whether it changes a mass.
+    pub fn is_mass(self) -> bool {
+        matches!(self, Self::Mass(_) | Self::Density(..))
     }
 
     /// The body and its semi-axis that it is.
@@ -92,6 +113,26 @@ impl Parameter {
         let mut inertia = Vec3::repeat(slope);
         inertia[axis] = 0.0;
         Some(inertia)
+    }
+
+    /// The relative change of what the loads of a force do to a body: the loads' own less that of its mass or moments.
+    pub(super) fn of_rates(
+        self,
+        force: usize,
+        on: usize,
+        outside: &Environment,
+        g: f64,
+        masses: &[f64],
+    ) -> f64 {
+        match self {
+            Self::GravitationalConstant if g != 0.0 => outside.powers(force, on, on)[0] / g,
+            Self::OfForce(k, value) if k == force => 1.0 / value,
+            Self::Mass(k) | Self::Density(k, _) => {
+                let own = if k == on { 1.0 } else { 0.0 };
+                self.of_mass(k) * (outside.powers(force, k, on)[1] - own) / masses[k]
+            }
+            _ => 0.0,
+        }
     }
 
     /// Derivative of a body's mass.

@@ -4,15 +4,25 @@
 //! parts loses nothing of them.
 
 use crate::math::rotation::product;
+use crate::math::stumpff::{REACH, stumpff};
 use crate::math::{Mat3, Vec3};
 
 type Quaternion = [f64; 4];
 
-/// The unit quaternion of the turn by an angle about a unit vector, less one.
-fn turn_less_one(axis: Vec3, angle: f64) -> Quaternion {
-    let (sine, cosine) = (0.25 * angle).sin_cos();
-    let scale = 2.0 * sine * cosine;
-    [-2.0 * sine * sine, scale * axis.x, scale * axis.y, scale * axis.z]
+/// The unit quaternion of a rotation vector, less one.
+#[inline]
+fn turn_less_one(turn: Vec3) -> Quaternion {
+    // Of the half angle.
+    let square = 0.25 * turn.norm_squared();
+    let (less, scale) = if square <= REACH {
+        let [c2, c3] = stumpff(square);
+        (-square * c2, 0.5 - 0.5 * square * c3)
+    } else {
+        let angle = 2.0 * square.sqrt();
+        let (sine, cosine) = (0.25 * angle).sin_cos();
+        (-2.0 * sine * sine, 2.0 * sine * cosine / angle)
+    };
+    [less, scale * turn.x, scale * turn.y, scale * turn.z]
 }
 
 /// The product of two quaternions, each of them given less one and so the result.
@@ -102,11 +112,9 @@ fn symmetric(axis: usize, ratio: f64, q: Quaternion, spin: Vec3, time: f64) -> (
     let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut about_momentum = spin;
     about_momentum[axis] *= ratio;
-    let fast = about_momentum.norm();
-    let first = if fast > 0.0 { turn_less_one(about_momentum / fast, fast * time) } else { [0.0; 4] };
-    let mut figure = Vec3::zeros();
-    figure[axis] = 1.0;
-    let second = turn_less_one(figure, (1.0 - ratio) * spin[axis] * time);
+    let mut about_axis = Vec3::zeros();
+    about_axis[axis] = (1.0 - ratio) * spin[axis];
+    let (first, second) = (turn_less_one(about_momentum * time), turn_less_one(about_axis * time));
     // The spin's other two components turn the other way, by twice the half angle of that quaternion.
     let (half_sine, half_cosine) = (second[axis + 1], 1.0 + second[0]);
     let (less, sine) = (-2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine);
@@ -142,39 +150,11 @@ struct Triaxial {
 /// Ratio of the longest series.
 const LONGEST: f64 = 0.125;
 
-/// 1/(n + 1).
-const SHARES: [f64; 20] = {
-    let mut shares = [1.0; 20];
-    let mut n = 1;
-    while n < shares.len() {
-        shares[n] = 1.0 / (n + 1) as f64;
-        n += 1;
-    }
-    shares
-};
-
-/// Gauss's points and weights on [0, 1], and the end, which has none. The rule of n points errs by (ratio / 4)^(2 n) of an integrand
-/// that is of the size of the ratio's square.
+/// Gauss's points and weights on [0, 1], and the end, which has none.
 type Rule<const N: usize> = [[f64; N]; 2];
 const THREE: Rule<4> = [
     [0.112_701_665_379_258_311_5, 0.5, 0.887_298_334_620_741_688_5, 1.0],
     [0.277_777_777_777_777_777_8, 0.444_444_444_444_444_444_4, 0.277_777_777_777_777_777_8, 0.0],
-];
-const FOUR: Rule<5> = [
-    [
-        0.069_431_844_202_973_712_4,
-        0.330_009_478_207_571_867_6,
-        0.669_990_521_792_428_132_4,
-        0.930_568_155_797_026_287_6,
-        1.0,
-    ],
-    [
-        0.173_927_422_568_726_928_7,
-        0.326_072_577_431_273_071_3,
-        0.326_072_577_431_273_071_3,
-        0.173_927_422_568_726_928_7,
-        0.0,
-    ],
 ];
 const FIVE: Rule<6> = [
     [
@@ -194,6 +174,11 @@ const FIVE: Rule<6> = [
         0.0,
     ],
 ];
+
+/// Coefficients of the series by the power before each.
+macro_rules! terms {
+    ($top:expr, $series:expr, $($before:literal)*) => { $( $top.term::<$before>(&mut $series); )* };
+}
 
 impl Triaxial {
     fn new(inertia: Vec3) -> Self {
@@ -232,18 +217,43 @@ impl Triaxial {
 
     /// The turn, less one, and the change of the spin in a unit of time.
     fn piece(&self, spin: Vec3, ratio: f64) -> (Quaternion, Vec3) {
-        match ratio {
-            r if r < 0.006 => self.turned::<8, 4>(&THREE, spin),
-            r if r < 0.016 => self.turned::<10, 4>(&THREE, spin),
-            r if r < 0.048 => self.turned::<14, 5>(&FOUR, spin),
-            _ => self.turned::<20, 6>(&FIVE, spin),
+        let mut w = [[0.0; 20]; 3];
+        (0..3).for_each(|i| w[i][0] = spin[i]);
+        let size = spin.amax();
+        // Two terms may be small by chance, but then what follows them is smaller by the ratio and more.
+        let short = |w: &Series, terms: usize| {
+            let last = |n: usize| w[0][n].abs().max(w[1][n].abs()).max(w[2][n].abs());
+            (last(terms - 1) + last(terms - 2)) * ratio <= 1e-18 * size
+        };
+        terms!(self, w, 0 1 2 3 4 5 6);
+        // The rule of n points errs by (ratio / 4)^(2 n) of an integrand that is of the size of the square of m's way.
+        let way = w[0][1].abs().max(w[1][1].abs()).max(w[2][1].abs());
+        let few = way * way * (0.25 * ratio).powi(6) <= 1e-19 * size * size;
+        if short(&w, 8) && few {
+            return self.turned::<8, 4>(&w, &THREE, spin);
         }
+        terms!(self, w, 7 8 9);
+        if short(&w, 11) {
+            return if few {
+                self.turned::<11, 4>(&w, &THREE, spin)
+            } else {
+                self.turned::<11, 6>(&w, &FIVE, spin)
+            };
+        }
+        terms!(self, w, 10 11 12 13 14 15 16 17 18);
+        self.turned::<20, 6>(&w, &FIVE, spin)
     }
 
-    /// By a series of so many terms and a rule.
-    fn turned<const TERMS: usize, const N: usize>(&self, rule: &Rule<N>, spin: Vec3) -> (Quaternion, Vec3) {
+    /// By so many terms and a rule.
+    #[inline(always)]
+    fn turned<const TERMS: usize, const N: usize>(
+        &self,
+        w: &Series,
+        rule: &Rule<N>,
+        spin: Vec3,
+    ) -> (Quaternion, Vec3) {
         let [points, weights] = rule;
-        let changes = changes(&self.series::<TERMS>(spin), points);
+        let changes = changes::<TERMS, N>(w, points);
         let momentum = self.inertia.component_mul(&spin);
         let square = momentum.norm_squared();
         let changed = Vec3::new(changes[0][N - 1], changes[1][N - 1], changes[2][N - 1]);
@@ -267,41 +277,41 @@ impl Triaxial {
         let cosine = (1.0 - 0.25 * way).sqrt();
         let across = moved.cross(&along) * (0.5 / cosine);
         let shortest = [-0.25 * way / (1.0 + cosine), across.x, across.y, across.z];
-        (product_less_one(turn_less_one(along, angle), shortest), changed)
+        (product_less_one(turn_less_one(along * angle), shortest), changed)
     }
 
-    /// The spin's coefficients in time by Euler's equations.
+    /// The coefficient of the power N + 1 of the spin in time, by Euler's equations from those before it. Of constant length, so that
+    /// no loop is left.
     #[inline(always)]
-    fn series<const TERMS: usize>(&self, spin: Vec3) -> [[f64; TERMS]; 3] {
-        let mut w = [[0.0; TERMS]; 3];
-        (0..3).for_each(|i| w[i][0] = spin[i]);
-        for n in 0..TERMS - 1 {
-            // What is newest comes last.
-            let mut sum = [0.0; 3];
-            for m in 1..n {
-                sum[0] += w[1][m] * w[2][n - m];
-                sum[1] += w[2][m] * w[0][n - m];
-                sum[2] += w[0][m] * w[1][n - m];
-            }
-            sum[0] += w[1][0] * w[2][n];
-            sum[1] += w[2][0] * w[0][n];
-            sum[2] += w[0][0] * w[1][n];
-            if n > 0 {
-                sum[0] += w[1][n] * w[2][0];
-                sum[1] += w[2][n] * w[0][0];
-                sum[2] += w[0][n] * w[1][0];
-            }
-            for i in 0..3 {
-                w[i][n + 1] = SHARES[n] * self.rate[i] * sum[i];
-            }
+    fn term<const N: usize>(&self, w: &mut Series) {
+        let mut sum = [0.0; 3];
+        for m in 1..N {
+            sum[0] += w[1][m] * w[2][N - m];
+            sum[1] += w[2][m] * w[0][N - m];
+            sum[2] += w[0][m] * w[1][N - m];
         }
-        w
+        // What is newest comes last.
+        sum[0] += w[1][0] * w[2][N];
+        sum[1] += w[2][0] * w[0][N];
+        sum[2] += w[0][0] * w[1][N];
+        if N > 0 {
+            sum[0] += w[1][N] * w[2][0];
+            sum[1] += w[2][N] * w[0][0];
+            sum[2] += w[0][N] * w[1][0];
+        }
+        let share = const { 1.0 / (N + 1) as f64 };
+        for i in 0..3 {
+            w[i][N + 1] = share * self.rate[i] * sum[i];
+        }
     }
 }
 
-/// Changes of the spin's components at several times.
+/// Coefficients of the spin's components in powers of time.
+type Series = [[f64; 20]; 3];
+
+/// Changes of the spin's components at several times, by so many terms.
 #[inline(always)]
-fn changes<const TERMS: usize, const N: usize>(w: &[[f64; TERMS]; 3], times: &[f64; N]) -> [[f64; N]; 3] {
+fn changes<const TERMS: usize, const N: usize>(w: &Series, times: &[f64; N]) -> [[f64; N]; 3] {
     let mut sums = [[0.0; N]; 3];
     for n in (1..TERMS).rev() {
         for i in 0..3 {
@@ -327,37 +337,90 @@ pub fn variational_rotation(
     if inertia.min() <= 0.0 {
         return Top::new(inertia).turn(q, spin, time);
     }
-    let momentum = inertia.component_mul(&spin);
-    let target = 0.5 * time * momentum;
+    let p = half_turn(inertia, spin, time)?;
+    let scalar = (1.0 - p.norm_squared()).sqrt();
+    let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
+    // F^T (J spin) - J spin.
+    let across = p.cross(&inertia.component_mul(&spin));
+    let change = 2.0 * (p.cross(&across) - scalar * across);
+    scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
+}
+
+/// The vector part p of the discrete rotation's quaternion.
+fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
+    let target = 0.5 * time * inertia.component_mul(&spin);
     let mut p = 0.5 * time * spin;
     if p.norm() >= 1.0 {
         return None;
     }
     let mut last = f64::INFINITY;
     for _ in 0..50 {
-        let square = 1.0 - p.norm_squared();
-        if square <= 0.0 {
+        if p.norm_squared() >= 1.0 {
             return None;
         }
-        let scalar = square.sqrt();
+        let scalar = (1.0 - p.norm_squared()).sqrt();
         let jp = inertia.component_mul(&p);
         let residual = scalar * jp + p.cross(&jp) - target;
-        let jacobian = Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
-            + p.cross_matrix() * Mat3::from_diagonal(&inertia)
-            - jp.cross_matrix();
-        let step = jacobian.lu().solve(&residual)?;
+        let step = slope_of_half_turn(inertia, &p).lu().solve(&residual)?;
         p -= step;
         let size = step.norm();
         // To round-off: on until the steps no longer shrink.
         if size == 0.0 || (size >= 0.5 * last && size < 1e-12) {
-            let scalar = (1.0 - p.norm_squared()).sqrt();
-            let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
-            // F^T (J spin) - J spin.
-            let across = p.cross(&momentum);
-            let change = 2.0 * (p.cross(&across) - scalar * across);
-            return scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)));
+            return Some(p);
         }
         last = size;
     }
     None
+}
+
+/// The derivative of p_0 J p + p x J p with p.
+fn slope_of_half_turn(inertia: Vec3, p: &Vec3) -> Mat3 {
+    let scalar = (1.0 - p.norm_squared()).sqrt();
+    let jp = inertia.component_mul(p);
+    Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
+        + p.cross_matrix() * Mat3::from_diagonal(&inertia)
+        - jp.cross_matrix()
+}
+
+/// The derivative of the discrete rotation: theta' = F^T theta + xi, with xi and the change of the new spin linear in that of the old
+/// one and in that of the moments.
+#[derive(Debug, Clone, Copy)]
+pub struct RotationSlopes {
+    /// F^T.
+    pub back: Mat3,
+    /// xi with the spin, and with the moments.
+    pub turn: [Mat3; 2],
+    /// The new spin with these.
+    pub spin: [Mat3; 2],
+}
+
+impl RotationSlopes {
+    /// Of a step of [`variational_rotation`]; `None` where that is.
+    pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
+        if inertia.min() <= 0.0 {
+            let zero = Mat3::zeros();
+            let keep = [Mat3::identity(), zero];
+            return Some(Self { back: Mat3::identity(), turn: [Mat3::identity() * time, zero], spin: keep });
+        }
+        let p = half_turn(inertia, spin, time)?;
+        let scalar = (1.0 - p.norm_squared()).sqrt();
+        let slope = slope_of_half_turn(inertia, &p).try_inverse()?;
+        let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
+        let by_spin = slope * moments * (0.5 * time);
+        let by_moments = slope
+            * (Mat3::from_diagonal(&spin) * (0.5 * time)
+                - (Mat3::identity() * scalar + across) * Mat3::from_diagonal(&p));
+        let xi = 2.0 * (Mat3::identity() * scalar + p * p.transpose() / scalar - across);
+        let turn = [xi * by_spin, xi * by_moments];
+        let back = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
+        let momentum = back * inertia.component_mul(&spin);
+        let new_spin = momentum.component_div(&inertia);
+        let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
+        let moved = momentum.cross_matrix();
+        let spins = [
+            inverse * (back * moments + moved * turn[0]),
+            inverse * (back * Mat3::from_diagonal(&spin) + moved * turn[1] - Mat3::from_diagonal(&new_spin)),
+        ];
+        Some(Self { back, turn, spin: spins })
+    }
 }

@@ -9,6 +9,8 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
+use super::jacobi::Jacobi;
+use super::layout::vector;
 use super::rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
 use super::{AttitudeChart, Dynamics, Layout, Rejected};
 use crate::environment::BOOK;
@@ -34,9 +36,7 @@ pub enum Parts {
 #[derive(Debug, Clone)]
 pub struct Splitting {
     parts: Parts,
-    masses: Vec<f64>,
-    /// Mass of body i and all before it.
-    within: Vec<f64>,
+    jacobi: Jacobi,
     gravitational_constant: f64,
     inertia: Vec<Vec3>,
     tops: Vec<Top>,
@@ -75,21 +75,12 @@ impl Splitting {
             ));
         }
         let masses = dynamics.system().masses();
-        let mut total = 0.0;
-        let within = masses
-            .iter()
-            .map(|m| {
-                total += m;
-                total
-            })
-            .collect();
         let n = masses.len();
         let inertia: Vec<Vec3> = dynamics.system().bodies().iter().map(|body| body.inertia()).collect();
         let zeros = vec![Vec3::zeros(); n];
         Ok(Self {
             parts,
-            masses,
-            within,
+            jacobi: Jacobi::new(&masses),
             gravitational_constant: dynamics.system().gravitational_constant(),
             tops: inertia.iter().map(|moments| Top::new(*moments)).collect(),
             inertia,
@@ -106,6 +97,26 @@ impl Splitting {
         })
     }
 
+    /// Which motion is the large part.
+    pub fn parts(&self) -> Parts {
+        self.parts
+    }
+
+    /// An angle that no body turns beyond, nor moves in its orbit, in a drift from a vector: about the fastest of them.
+    pub fn farthest(&self, dynamics: &Dynamics, y: &[f64], size: f64) -> f64 {
+        let (layout, bodies) = (dynamics.layout(), dynamics.system().bodies());
+        let mut rate: f64 = 0.0;
+        for body in 0..layout.bodies {
+            rate = rate.max(vector(y, layout.spin(body)).norm());
+            for other in 0..body {
+                let r = vector(y, layout.position(body)) - vector(y, layout.position(other));
+                let mu = self.gravitational_constant * (bodies[body].mass + bodies[other].mass);
+                rate = rate.max((mu / r.norm().powi(3)).sqrt());
+            }
+        }
+        (rate * size).abs()
+    }
+
     /// Forgets the forces of the present vector.
     pub fn reset(&mut self) {
         self.loaded = false;
@@ -120,11 +131,11 @@ impl Splitting {
 
     /// The inverse of [`Self::loads`].
     pub fn recall(&mut self, loads: &[[f64; 6]]) {
-        for (body, load) in loads.iter().enumerate().take(self.masses.len()) {
+        for (body, load) in loads.iter().enumerate().take(self.tops.len()) {
             self.acceleration[body] = Vec3::new(load[0], load[1], load[2]);
             self.spin_rate[body] = Vec3::new(load[3], load[4], load[5]);
         }
-        self.loaded = loads.len() == self.masses.len();
+        self.loaded = loads.len() == self.tops.len();
     }
 
     /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
@@ -169,12 +180,11 @@ impl Splitting {
 
     /// The changes of positions and velocities on Kepler's orbits in Jacobi's coordinates.
     fn orbits(&mut self, layout: Layout, size: f64, high: &[f64], low: &[f64]) -> Result<()> {
-        self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
-        std::mem::swap(&mut self.position, &mut self.velocity);
-        self.fill_jacobi(|body, c| (high[layout.velocity(body) + c], low[layout.velocity(body) + c]));
-        std::mem::swap(&mut self.position, &mut self.velocity);
+        let parts = |index: usize| (high[index], low[index]);
+        self.jacobi.enter(&mut self.position, |body, c| parts(layout.position(body) + c));
+        self.jacobi.enter(&mut self.velocity, |body, c| parts(layout.velocity(body) + c));
         for body in 1..layout.bodies {
-            let mu = self.gravitational_constant * self.within[body];
+            let mu = self.gravitational_constant * self.jacobi.within[body];
             let (moved, turned) = kepler_change(&self.position[body], &self.velocity[body], mu, size)
                 .ok_or_else(|| {
                     self.failed("Kepler's equation has no solution in doubles; use a shorter step")
@@ -182,8 +192,8 @@ impl Splitting {
             self.position[body] = moved;
             self.velocity[body] = turned;
         }
-        leave_jacobi(&self.masses, &self.within, &mut self.position);
-        leave_jacobi(&self.masses, &self.within, &mut self.velocity);
+        self.jacobi.leave(&mut self.position);
+        self.jacobi.leave(&mut self.velocity);
         for body in 0..layout.bodies {
             let (p, v) = (layout.position(body), layout.velocity(body));
             self.change[p..p + 3].copy_from_slice(self.position[body].as_slice());
@@ -207,8 +217,10 @@ impl Splitting {
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
             // Too large a number counts as the limit, and so does NaN.
-            patience
-                .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
+            patience.spend(
+                (ROTATION * (1.0 + (2.0 * spin.amax() * size).abs().min(FARTHEST))) as u64,
+                self.time,
+            )?;
             let turn = match self.parts {
                 Parts::Kepler => self.tops[body].turn(q, spin, size),
                 Parts::Free => variational_rotation(inertia, q, spin, size),
@@ -292,14 +304,15 @@ impl Splitting {
                 Vec3::from([0, 1, 2].map(|c| if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 }));
         }
         if self.parts == Parts::Kepler {
-            self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
+            let parts = |index: usize| (high[index], low[index]);
+            self.jacobi.enter(&mut self.position, |body, c| parts(layout.position(body) + c));
             for body in 1..layout.bodies {
-                let mu = self.gravitational_constant * self.within[body];
+                let mu = self.gravitational_constant * self.jacobi.within[body];
                 let r = self.position[body];
                 let distance = r.norm();
                 self.position[body] = r * (-mu / (distance * distance * distance));
             }
-            leave_jacobi(&self.masses, &self.within, &mut self.position);
+            self.jacobi.leave(&mut self.position);
             self.acceleration.iter_mut().zip(&self.position).for_each(|(a, k)| *a -= k);
         }
         if self.acceleration.iter().chain(&self.spin_rate).all(|v| v.iter().all(|x| x.is_finite())) {
@@ -355,35 +368,6 @@ impl Splitting {
             "{name} turns by {angle:.3e} rad in it; {limit}; use a step of at most {shorter:.3e}"
         ))
     }
-
-    /// Fills `position` with Jacobi's vectors: body i from the barycentre of those before it. Entry 0 is zero, since the
-    /// barycentre of all rests at the origin.
-    fn fill_jacobi(&mut self, number: impl Fn(usize, usize) -> (f64, f64)) {
-        self.position[0] = Vec3::zeros();
-        for c in 0..3 {
-            // The barycentre of the bodies before i, with its low part: for two bodies the difference is then exact.
-            let (mut centre, mut tail) = number(0, c);
-            for body in 1..self.masses.len() {
-                let (high, low) = number(body, c);
-                let (difference, error) = two_sum(high, -centre);
-                let vector = difference + (error + (low - tail));
-                self.position[body][c] = vector;
-                let (sum, error) = two_sum(centre, self.masses[body] / self.within[body] * vector);
-                (centre, tail) = (sum, tail + error);
-            }
-        }
-    }
-}
-
-/// Turns Jacobi's vectors into those from the barycentre of all.
-fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
-    let mut centre = Vec3::zeros();
-    for body in (1..masses.len()).rev() {
-        let jacobi = vectors[body];
-        centre -= masses[body] / within[body] * jacobi;
-        vectors[body] = centre + jacobi;
-    }
-    vectors[0] = centre;
 }
 
 /// Adds to numbers in two parts.

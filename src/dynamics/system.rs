@@ -19,7 +19,7 @@ const REACH: f64 = 1e100;
 
 /// Units of work of looking at a pair's separation, and of making a pair with its rule, for [`Patience`].
 const CHECK: u64 = 10;
-pub(super) const NEW_PAIR: u64 = 500;
+const NEW_PAIR: u64 = 500;
 
 /// How the gravity of a system is computed and its attitudes are kept. This is the description of the settings: archives and
 /// the Python package have theirs from it.

@@ -10,9 +10,8 @@
 //! A and B from the derivatives of the loads, B also from Euler's equations. Many departures are one matrix, a column each; behind the
 //! columns of the initial state there is one for every parameter, with the derivative of the rates by the parameter as a further term.
 
-use super::layout::vector;
 use super::{Dynamics, Parameter};
-use crate::environment::LoadSlopes;
+use crate::environment::{Environment, LoadSlopes};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
@@ -36,21 +35,30 @@ pub struct Variations {
     /// Masses over the total.
     pub(super) share: Vec<f64>,
     pub(super) parameters: Vec<Parameter>,
-    inertia: Vec<Vec3>,
-    slopes: LoadSlopes,
+    pub(super) inertia: Vec<Vec3>,
+    pub(super) slopes: LoadSlopes,
     /// Rows of A and, where a force depends on motions, of its part of B, with zeros behind.
-    by_place: Vec<f64>,
-    by_motion: Vec<f64>,
-    stride: usize,
-    spin: Vec<Vec3>,
-    torque: Vec<Vec3>,
+    pub(super) by_place: Vec<f64>,
+    pub(super) by_motion: Vec<f64>,
+    pub(super) stride: usize,
+    pub(super) spin: Vec<Vec3>,
+    pub(super) torque: Vec<Vec3>,
+    /// Columns of initial departures.
+    pub(super) initial: usize,
     /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
-    forcing: Vec<[Vec3; 2]>,
+    pub(super) forcing: Vec<[Vec3; 2]>,
 }
 
 impl Variations {
-    /// Of a system and the parameters that count.
+    /// Of a system and the parameters that count, for all departures from the start of a motion.
     pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Self {
+        let all = Self::of_one(dynamics);
+        let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
+        Self { initial: 2 * all.half(), parameters, forcing, ..all }
+    }
+
+    /// For one departure alone.
+    pub fn of_one(dynamics: &Dynamics) -> Self {
         let system = dynamics.system();
         let bodies = system.bodies().len();
         let masses = system.masses();
@@ -71,8 +79,9 @@ impl Variations {
             stride,
             spin: vec![Vec3::zeros(); bodies],
             torque: vec![Vec3::zeros(); bodies],
-            forcing: vec![[Vec3::zeros(); 2]; bodies * parameters.len()],
-            parameters,
+            initial: 1,
+            forcing: Vec::new(),
+            parameters: Vec::new(),
         }
     }
 
@@ -81,17 +90,32 @@ impl Variations {
         6 * self.bodies - if self.free { 0 } else { 3 }
     }
 
-    /// Columns: one for every number of the initial departure, and one for every parameter.
+    /// Columns: those of initial departures, and one for every parameter.
     pub fn width(&self) -> usize {
-        2 * self.half() + self.parameters.len()
+        self.initial + self.parameters.len()
     }
 
-    /// The matrix of departures at the start of the motion.
+    /// The matrix of all departures at the start of the motion.
     pub fn start(&self) -> Vec<f64> {
         let (rows, width) = (2 * self.half(), self.width());
         let mut columns = vec![0.0; rows * width];
         (0..rows).for_each(|k| columns[k * width + k] = 1.0);
         columns
+    }
+
+    /// One over the natural size of every number of a departure, from those of each body's position, velocity and spin.
+    pub fn inverse_sizes(&self, sizes: &[[f64; 3]]) -> Vec<f64> {
+        let mut inverse = vec![1.0; 2 * self.half()];
+        let mut put = |row: usize, size: f64| inverse[row..row + 3].fill(1.0 / size);
+        for (body, [length, speed, spin]) in sizes.iter().enumerate() {
+            let rows = [self.place(body), self.barycentre().filter(|_| body == 0)];
+            for row in rows.into_iter().flatten() {
+                put(row, *length);
+                put(self.half() + row, *speed);
+            }
+            put(self.half() + self.turn(body), *spin);
+        }
+        inverse
     }
 
     /// Row of the first number of a body's place in d, which the first body does not have.
@@ -117,14 +141,21 @@ impl Variations {
 
     /// Takes A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
     pub fn look(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
+        self.take(dynamics, time, y, true)
+    }
+
+    /// The same, without the spins where they do not count.
+    pub(super) fn take(
+        &mut self,
+        dynamics: &mut Dynamics,
+        time: f64,
+        y: &[f64],
+        spinning: bool,
+    ) -> Result<()> {
         dynamics.turn(y);
         let g = dynamics.system.gravitational_constant;
         self.slopes.clear();
-        self.torque.fill(Vec3::zeros());
-        self.forcing.fill([Vec3::zeros(); 2]);
-        for body in 0..self.bodies {
-            self.spin[body] = vector(y, dynamics.layout.spin(body));
-        }
+        self.clear(dynamics.layout, y, spinning);
         for (i, j, link) in &dynamics.links {
             let (i, j) = (*i, *j);
             let jacobian = link.jacobian(&dynamics.pose(y, i, j));
@@ -134,8 +165,18 @@ impl Variations {
             let loads = &jacobian.loads;
             self.torque[i] += strength * loads.torque_first;
             self.torque[j] += strength * loads.torque_second;
+            let mut by_axes = None;
             for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies))
             {
+                if parameter.semi_axis().is_some_and(|(body, _)| body == i || body == j) {
+                    let slopes = by_axes.get_or_insert_with(|| link.axis_slopes(&dynamics.pose(y, i, j)));
+                    let Some(loads) = parameter.slopes([i, j], slopes) else { continue };
+                    forcing[i][0] += loads.force_on_first * (g * masses[1]);
+                    forcing[j][0] -= loads.force_on_first * (g * masses[0]);
+                    forcing[i][1] += over(&(loads.torque_first * strength), &self.inertia[i]);
+                    forcing[j][1] += over(&(loads.torque_second * strength), &self.inertia[j]);
+                    continue;
+                }
                 let by = parameter.of_pair([i, j], g, masses);
                 forcing[i][0] += loads.force_on_first * by.acceleration[0];
                 forcing[j][0] -= loads.force_on_first * by.acceleration[1];
@@ -144,7 +185,8 @@ impl Variations {
             }
         }
         if self.free {
-            dynamics.add_outside(time, y, &mut self.slopes, &mut self.torque)?;
+            dynamics.slopes_outside(time, y, &mut self.slopes)?;
+            self.force_outside(&dynamics.outside, g);
         }
         self.force_by_inertia(dynamics.system.bodies());
         let (mut by_place, mut by_motion) =
@@ -157,8 +199,25 @@ impl Variations {
         Ok(())
     }
 
+    /// What parameters do to the loads from outside, and these to the torques.
+    fn force_outside(&mut self, outside: &Environment, g: f64) {
+        for (force, loads) in outside.loads().iter().enumerate() {
+            for (body, load) in loads.iter().enumerate() {
+                self.torque[body] += load.torque;
+                let acceleration = load.force / self.masses[body];
+                let turning = over(&load.torque, &self.inertia[body]);
+                for (k, parameter) in self.parameters.iter().enumerate() {
+                    let factor = parameter.of_rates(force, body, outside, g, &self.masses);
+                    let forcing = &mut self.forcing[k * self.bodies + body];
+                    forcing[0] += acceleration * factor;
+                    forcing[1] += turning * factor;
+                }
+            }
+        }
+    }
+
     /// What a semi-axis does to a body's own moments in Euler's equations.
-    fn force_by_inertia(&mut self, bodies: &[Body]) {
+    pub(super) fn force_by_inertia(&mut self, bodies: &[Body]) {
         for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
             for (place, body) in bodies.iter().enumerate() {
                 let Some(slope) = parameter.of_inertia(body, place) else { continue };
@@ -219,7 +278,7 @@ impl Variations {
         let (half, width) = (self.half(), self.width());
         arch.dispatch(Rates { variations: self, columns, rates });
         for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
-            let column = 2 * half + k;
+            let column = self.initial + k;
             let mut push = |row: usize, value: &Vec3, factor: f64| {
                 (0..3).for_each(|c| rates[(half + row + c) * width + column] += factor * value[c]);
             };
@@ -318,21 +377,11 @@ fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
 }
 
 impl Dynamics {
-    /// Adds what the forces from outside have of the derivatives and torques.
-    fn add_outside(
-        &mut self,
-        time: f64,
-        y: &[f64],
-        slopes: &mut LoadSlopes,
-        torque: &mut [Vec3],
-    ) -> Result<()> {
+    /// Adds what the forces from outside have of the derivatives.
+    fn slopes_outside(&mut self, time: f64, y: &[f64], slopes: &mut LoadSlopes) -> Result<()> {
         self.show(time, y);
         self.outside.load()?;
-        self.outside.slopes(slopes)?;
-        for loads in self.outside.loads() {
-            torque.iter_mut().zip(loads).for_each(|(torque, load)| *torque += load.torque);
-        }
-        Ok(())
+        self.outside.slopes(slopes)
     }
 
     /// Makes ready, with the rules in force, for [`Variations::look`]. May allocate: call it between steps.

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::integrate::Statistics;
 use crate::mutual::Store;
 use crate::patience::Patience;
-use crate::trajectory::{Event, Integrator, Output, Progress, Run, Simulation, Trajectory};
+use crate::trajectory::{Event, Following, Integrator, Output, Progress, Run, Simulation, Trajectory};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -25,6 +25,8 @@ pub struct Member {
     pub events: Vec<Event<'static>>,
     /// Whether the continuous solution is kept.
     pub dense: bool,
+    /// What is followed beside the run.
+    pub following: Following,
 }
 
 /// A run that began.
@@ -66,8 +68,12 @@ impl Member {
             1.0 => ControlFlow::Continue(()),
             part => hook(part),
         };
-        let run =
-            Run { output: &self.output, events: &mut self.events, dense: self.dense, derivatives: None };
+        let run = Run {
+            output: &self.output,
+            events: &mut self.events,
+            dense: self.dense,
+            following: &self.following,
+        };
         let error = simulation.run(self.until, run, &mut record, &mut inside).err();
         let (statistics, time) = (simulation.statistics(), simulation.time());
         Some(Ok(Ran { record, statistics, time, error }))

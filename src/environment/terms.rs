@@ -160,6 +160,20 @@ impl Environment {
         Ok(())
     }
 
+    /// Whether a third body pulls.
+    pub fn has_third_body(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.law, Law::ThirdBody(_)))
+    }
+
+    /// The powers of G and of a body's mass that a force's loads on another body go with. The path of a third body stays as it is.
+    pub fn powers(&self, force: usize, mass_of: usize, on: usize) -> [f64; 2] {
+        match &self.terms[force].law {
+            Law::ThirdBody(_) => [0.0, if mass_of == on { 1.0 } else { 0.0 }],
+            Law::Tide(tide) => [1.0, if mass_of == tide.by { 2.0 } else { 0.0 }],
+            Law::Yorp(_) | Law::Byorp(_) | Law::Function(_) => [0.0; 2],
+        }
+    }
+
     /// Power, force and torque about the origin that a force has of the whole system, for velocities relative to the nominal
     /// barycentre and spins that may differ from the scene's.
     #[inline]

@@ -58,7 +58,7 @@ impl Tide {
 #[derive(Debug, Clone)]
 pub(super) struct Lagging {
     on: usize,
-    by: usize,
+    pub by: usize,
     /// 3 k2 G m^2 R^5 tau.
     strength: f64,
 }

@@ -1,13 +1,11 @@
 //! The gravity of a body: the sum over its parts, at points anywhere.
 
-use super::ellipsoidal::{Ellipsoidal, Gravity, turned};
-use super::{Anywhere, PolyhedralField};
+use super::{Anywhere, Ellipsoidal, PolyhedralField};
 use crate::error::Result;
-use crate::math::lanes::{BLOCK, Lanes, minus, splat_vector};
 use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
 use crate::shape::{Body, Part, Polyhedron, Shape};
-use pulp::{Arch, Simd};
+use pulp::Arch;
 
 /// A body's gravity in its own frame.
 #[derive(Debug, Clone)]
@@ -55,16 +53,6 @@ impl BodyField {
         }
         Ok(Self { name: body.name.clone(), parts })
     }
-
-    /// Gravity at points of the body frame, anywhere but in a point mass.
-    #[inline(always)]
-    pub fn at<S: Simd>(&self, simd: S, x: [Lanes<S>; 3]) -> Gravity<S> {
-        let mut sum = Gravity::zero(simd);
-        for part in &self.parts {
-            sum = sum.plus(part.at(simd, x));
-        }
-        sum
-    }
 }
 
 impl PartField {
@@ -80,16 +68,6 @@ impl PartField {
             Kind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm)))
         };
         Ok(Self { position: part.position(), turn: canonical * part.rotation().transpose(), kind })
-    }
-
-    #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, x: [Lanes<S>; 3]) -> Gravity<S> {
-        let y = turned(minus(x, splat_vector(simd, &self.position)), &self.turn);
-        let gravity = match &self.kind {
-            Kind::Ellipsoidal(ellipsoidal) => ellipsoidal.at(y),
-            Kind::Polyhedral(polyhedral) => polyhedral.lanes(simd, y),
-        };
-        gravity.turned_back(&self.turn)
     }
 }
 
@@ -112,29 +90,9 @@ impl Polyhedral {
             ..f
         }
     }
-
-    /// Point by point: the lanes are at work within each.
-    #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S, x: [Lanes<S>; 3]) -> Gravity<S> {
-        let mut places = [[0.0; BLOCK]; 3];
-        for i in 0..3 {
-            x[i].store(&mut places[i], 0);
-        }
-        let mut found = [[0.0; BLOCK]; 10];
-        for k in 0..BLOCK / Lanes::<S>::PER_BLOCK {
-            let f = self.at(&Vec3::new(places[0][k], places[1][k], places[2][k]));
-            found.iter_mut().zip(columns(&f)).for_each(|(column, value)| column[k] = value);
-        }
-        let load = |column: usize| Lanes::load(simd, &found[column], 0);
-        Gravity {
-            potential: load(0),
-            field: [load(1), load(2), load(3)],
-            gradient: [load(4), load(5), load(6), load(7), load(8), load(9)],
-        }
-    }
 }
 
-/// Phi, g and the six of dg/dx, in the order of [`Gravity`].
+/// Phi, g and the six of dg/dx, in the order of [`super::Gravity`].
 pub(super) fn columns(f: &PolyhedralField) -> [f64; 10] {
     let (g, m) = (&f.field, &f.gradient);
     let [xx, xy, xz, yy, yz, zz] = [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 1)], m[(1, 2)], m[(2, 2)]];

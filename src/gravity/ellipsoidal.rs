@@ -21,22 +21,15 @@ pub struct Gravity<S: Simd> {
 }
 
 impl<S: Simd> Gravity<S> {
-    /// None.
+    /// With another one in the lanes where the square is not below a bound.
     #[inline(always)]
-    pub fn zero(simd: S) -> Self {
-        let zero = Lanes::splat(simd, 0.0);
-        Self { potential: zero, field: [zero; 3], gradient: [zero; 6] }
-    }
-
-    /// The sum.
-    #[inline(always)]
-    pub fn plus(mut self, other: Self) -> Self {
-        self.potential = self.potential + other.potential;
+    fn replaced(mut self, square: Lanes<S>, from: Lanes<S>, other: Self) -> Self {
+        self.potential = square.if_less(from, self.potential, other.potential);
         for i in 0..3 {
-            self.field[i] = self.field[i] + other.field[i];
+            self.field[i] = square.if_less(from, self.field[i], other.field[i]);
         }
         for k in 0..6 {
-            self.gradient[k] = self.gradient[k] + other.gradient[k];
+            self.gradient[k] = square.if_less(from, self.gradient[k], other.gradient[k]);
         }
         self
     }
@@ -52,8 +45,6 @@ pub struct Ellipsoidal {
     series: FarSeries,
     /// The forms of the field, and the squares of the distances from which on they hold, from the nearest.
     pub(super) forms: Vec<(f64, Form)>,
-    /// A few of them, for lanes that each take their own.
-    apart: Vec<(f64, Form)>,
 }
 
 /// How the field is computed.
@@ -95,41 +86,27 @@ impl Ellipsoidal {
             Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Point)],
         };
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
-        let first = forms.iter().position(|(_, form)| matches!(form, Form::Far(_))).unwrap_or(0);
-        let few = forms[first..].iter().step_by(4);
-        let apart =
-            if first > 0 { forms[..1].iter().chain(few).copied().collect() } else { few.copied().collect() };
-        Self { inverse_unit: 1.0 / unit, scales, series, forms, apart }
+        Self { inverse_unit: 1.0 / unit, scales, series, forms }
     }
 
-    /// Gravity at points of the frame of the sorted axes. The form that the nearest one needs serves all of them. Results that
-    /// are not used cost nothing. A point mass wants points away from it.
+    /// Gravity at points of the frame of the sorted axes: in each lane by the form that its own distance needs, so that what a lane
+    /// gets does not depend on the others. Results that are not used cost nothing. A point mass wants points away from it.
     #[inline(always)]
     pub fn at<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
         let x = self.in_unit(x);
-        self.by(self.form(dot(x, x).reduce_min()), x)
-    }
-
-    /// The field alone, in each lane by the form that its own distance needs: what a lane gets does not depend on the others.
-    #[inline(always)]
-    pub fn field_apart<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
-        let x = self.in_unit(x);
         let square = dot(x, x);
         let [nearest, farthest] = [square.reduce_min(), square.reduce_max()];
-        let mut field = [square.constant(0.0); 3];
-        for (index, &(from, form)) in self.apart.iter().enumerate() {
-            let to = self.apart.get(index + 1).map_or(f64::INFINITY, |next| next.0);
-            // A NaN is left to the first form.
+        let zero = square.constant(0.0);
+        let mut found = Gravity { potential: zero, field: [zero; 3], gradient: [zero; 6] };
+        for (index, &(from, form)) in self.forms.iter().enumerate() {
+            let to = self.forms.get(index + 1).map_or(f64::INFINITY, |next| next.0);
+            // The first form has what is no number.
             if to <= nearest || (index > 0 && from > farthest) {
                 continue;
             }
-            let own = self.by(form, x).field;
-            let begin = square.constant(from);
-            for k in 0..3 {
-                field[k] = square.if_less(begin, field[k], own[k]);
-            }
+            found = found.replaced(square, square.constant(from), self.by(form, x));
         }
-        field
+        found
     }
 
     /// Whether it is a point's.
@@ -152,18 +129,6 @@ impl Ellipsoidal {
     pub(super) fn in_unit<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
         let unit = x[0].constant(self.inverse_unit);
         [x[0] * unit, x[1] * unit, x[2] * unit]
-    }
-
-    #[inline(always)]
-    fn form(&self, distance_square: f64) -> Form {
-        let mut form = self.forms[0].1;
-        for &(from, farther) in &self.forms[1..] {
-            if distance_square < from {
-                break;
-            }
-            form = farther;
-        }
-        form
     }
 
     /// By a form, at points in the unit.

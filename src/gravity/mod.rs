@@ -27,7 +27,7 @@ mod pull;
 
 pub use anywhere::Anywhere;
 pub use body_field::BodyField;
-pub use ellipsoidal::{Ellipsoidal, Gravity, turned, turned_back};
+pub use ellipsoidal::{Ellipsoidal, Gravity};
 pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
 pub use layer_pull::LayerPull;

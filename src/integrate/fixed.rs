@@ -82,6 +82,13 @@ impl FixedStepper {
         self.statistics
     }
 
+    /// Takes the last step again, with other flows beside the same motion.
+    pub fn again(&self, flows: &mut impl Flows, patience: &mut Patience) -> Result<()> {
+        let (mut high, mut low) = (self.last_high.clone(), self.last_low.clone());
+        flows.prepare(self.last_time.value(), &high, self.last_size, patience)?;
+        self.composition.step(flows, self.last_size, &mut high, &mut low, patience).map(drop)
+    }
+
     /// Adds evaluations made on this integration's behalf.
     pub fn count(&mut self, evaluations: u64) {
         self.statistics.evaluations += evaluations;

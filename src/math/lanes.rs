@@ -6,8 +6,8 @@
 
 use super::Vec3;
 use crate::names::Named;
-use pulp::{Arch, Simd, WithSimd};
-use std::ops::{Add, Div, Mul, Neg, Range, Sub};
+use pulp::{Arch, Simd};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The longest block that any path works on, in doubles; node lists are padded to a multiple of it.
 pub const BLOCK: usize = 8 * INTERLEAVED;
@@ -26,6 +26,8 @@ pub enum VectorPath {
     Avx512,
     /// NEON of 64-bit ARM, two lanes.
     Neon,
+    /// The vectors of WebAssembly, two lanes.
+    Simd128,
 }
 
 impl Named for VectorPath {
@@ -36,6 +38,7 @@ impl Named for VectorPath {
         ("avx2", Self::Avx2),
         ("avx512", Self::Avx512),
         ("neon", Self::Neon),
+        ("simd128", Self::Simd128),
     ];
 }
 
@@ -57,6 +60,8 @@ impl VectorPath {
             Self::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            #[cfg(target_arch = "wasm32")]
+            Self::Simd128 => pulp::wasm::Simd128::try_new().map(Arch::Simd128),
             _ => None,
         }
     }
@@ -142,7 +147,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
     /// The smaller of two, lane by lane.
     #[inline(always)]
     pub fn min(mut self, other: Self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             self.raw[k] = self.simd.min_f64s(self.raw[k], other.raw[k]);
         }
         self
@@ -313,130 +318,4 @@ pub fn dot<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) ->
 #[inline(always)]
 pub fn total_vector<S: Simd>(v: [Total<S>; 3]) -> Vec3 {
     Vec3::new(v[0].value(), v[1].value(), v[2].value())
-}
-
-/// Registers of a row that are summed side by side.
-const COLUMNS: usize = 4;
-
-/// Length of rows that can be summed in whole groups of registers on every path.
-pub fn stride(length: usize) -> usize {
-    length.next_multiple_of(8 * COLUMNS)
-}
-
-/// Largest differences of rows from the first one, in the columns of a range.
-pub struct LargestChanges<'a> {
-    /// Rows, one after the other, each of the length of `out`, a [`stride`].
-    pub rows: &'a [f64],
-    /// The columns that are wanted.
-    pub range: Range<usize>,
-    /// The differences; the numbers in other columns mean nothing.
-    pub out: &'a mut [f64],
-}
-
-impl WithSimd for LargestChanges<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0;
-        let out = S::as_mut_simd_f64s(self.out).0;
-        let width = out.len();
-        let columns = self.range.start / S::F64_LANES..self.range.end.div_ceil(S::F64_LANES);
-        for column in columns {
-            let first = rows[column];
-            let mut largest = simd.splat_f64s(0.0);
-            let mut place = column + width;
-            while place < rows.len() {
-                largest = simd.max_f64s(largest, simd.abs_f64s(simd.sub_f64s(rows[place], first)));
-                place += width;
-            }
-            out[column] = largest;
-        }
-    }
-}
-
-/// A term of a weighted sum of rows.
-#[derive(Debug, Clone, Copy)]
-pub struct Term {
-    /// The row.
-    pub row: usize,
-    /// Its weight.
-    pub weight: f64,
-    /// What rounding dropped of the weight.
-    pub low: f64,
-}
-
-/// Weighted sums of rows: `out` by the weights, `tail` by their low parts.
-pub struct WeightedRows<'a> {
-    /// The terms of the sum.
-    pub terms: &'a [Term],
-    /// Rows, one after the other.
-    pub rows: &'a [f64],
-    /// Length of a row, a [`stride`].
-    pub stride: usize,
-    /// Sum by the weights, of as many columns as this has: a [`stride`] too.
-    pub out: &'a mut [f64],
-    /// Sum by the low parts.
-    pub tail: &'a mut [f64],
-}
-
-impl WithSimd for WeightedRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let tail = S::as_mut_simd_f64s(self.tail).0.as_chunks_mut::<COLUMNS>().0;
-        let width = rows.len() * self.stride / self.rows.len();
-        for (column, (out, tail)) in out.iter_mut().zip(tail).enumerate() {
-            let zero = simd.splat_f64s(0.0);
-            let (mut sum, mut rest) = ([zero; COLUMNS], [zero; COLUMNS]);
-            for term in self.terms {
-                let (weight, low) = (simd.splat_f64s(term.weight), simd.splat_f64s(term.low));
-                let values = &rows[term.row * width + column];
-                for k in 0..COLUMNS {
-                    sum[k] = simd.mul_add_e_f64s(weight, values[k], sum[k]);
-                    rest[k] = simd.mul_add_e_f64s(low, values[k], rest[k]);
-                }
-            }
-            (*out, *tail) = (sum, rest);
-        }
-    }
-}
-
-/// A weighted sum of rows of the length of `out`, times a size, added to a start.
-pub struct Combination<'a> {
-    /// The terms of the sum; low parts are left out.
-    pub terms: &'a [Term],
-    /// Rows, one after the other.
-    pub rows: &'a [f64],
-    /// The factor of the sum.
-    pub size: f64,
-    /// What it is added to.
-    pub start: &'a [f64],
-    /// The result; a [`stride`] is its length.
-    pub out: &'a mut [f64],
-}
-
-impl WithSimd for Combination<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let start = S::as_simd_f64s(self.start).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let width = out.len();
-        for (column, (out, start)) in out.iter_mut().zip(start).enumerate() {
-            *out = *start;
-            for term in self.terms {
-                let weight = simd.splat_f64s(self.size * term.weight);
-                let values = &rows[term.row * width + column];
-                for k in 0..COLUMNS {
-                    out[k] = simd.mul_add_e_f64s(weight, values[k], out[k]);
-                }
-            }
-        }
-    }
 }

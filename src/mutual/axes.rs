@@ -19,7 +19,7 @@ use super::means::Place;
 use super::rule::Kernel;
 use super::{Balance, BodyGravity, Interaction, Pair, Pose, Roles};
 use crate::gravity::FieldKernel;
-use crate::math::lanes::{Lanes, Total, total_vector};
+use crate::math::lanes::{Lanes, Total};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
@@ -157,17 +157,19 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
             let per_level = c(2.0) / level;
             let common = bent.mul_add(per_level, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
             // T_ijk = f (delta_ij n_k / s_i + ...) + 2 f n_i n_j n_k (common - 1/s_i - 1/s_j - 1/s_k) / S.
-            let cubic = |i: usize, j: usize, k: usize| {
-                f * per_level * n[i] * n[j] * n[k] * (common - inverse[i] - inverse[j] - inverse[k])
-            };
+            let [i1, i2, i3] = inverse;
+            let [n1, n2, n3] = n;
+            let high = f * per_level;
+            let (h11, h12, h22) = (high * square[0], high * n1 * n2, high * square[1]);
+            let from = common - i1 - i2;
             let third = [
-                (c(3.0) * f * n[0]).mul_add(inverse[0], cubic(0, 0, 0)),
-                (f * n[1]).mul_add(inverse[0], cubic(0, 0, 1)),
-                (f * n[2]).mul_add(inverse[0], cubic(0, 0, 2)),
-                (f * n[0]).mul_add(inverse[1], cubic(0, 1, 1)),
-                cubic(0, 1, 2),
-                (c(3.0) * f * n[1]).mul_add(inverse[1], cubic(1, 1, 1)),
-                (f * n[2]).mul_add(inverse[1], cubic(1, 1, 2)),
+                f * n1 * c(3.0) * i1 + h11 * n1 * (common - i1 - i1 - i1),
+                f * n2 * i1 + h11 * n2 * (from - i1),
+                f * n3 * i1 + h11 * n3 * (common - i1 - i1 - i3),
+                f * n1 * i2 + h12 * n2 * (from - i2),
+                h12 * n3 * (from - i3),
+                f * n2 * c(3.0) * i2 + h22 * n2 * (common - i2 - i2 - i2),
+                f * n3 * i2 + h22 * n3 * (common - i2 - i2 - i3),
             ];
             let fn_ = [f * n[0], f * n[1], f * n[2]];
             let gradient = [
@@ -179,9 +181,10 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
             ];
             let density = weight * (c(1.0) - u * u - v * v);
             whole.add(density);
-            for (m, share) in [density, density * u, density * v].into_iter().enumerate() {
+            let shares = [density, density * u, density * v];
+            for m in 0..3 {
                 for k in 0..7 {
-                    thirds[m][k].add_product(share, third[k]);
+                    thirds[m][k].add_product(shares[m], third[k]);
                 }
             }
             for k in 0..5 {
@@ -197,35 +200,29 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
                 by_axes[3 * i + j] = x[j] * second[k] - falling * n[j];
                 by_axes[3 * i + k] = x[k] * second[j] - falling * n[k];
             }
-            for (m, share) in [weight, weight * u, weight * v].into_iter().enumerate() {
+            let shares = [weight, weight * u, weight * v];
+            for m in 0..3 {
                 for k in 0..9 {
-                    axes[m][k].add_product(share, by_axes[k]);
+                    axes[m][k].add_product(shares[m], by_axes[k]);
                 }
             }
         }
-        let all = whole.value();
-        let mean = |total: Total<S>| total.value() / all;
-        let [xx, yy, xy, xz, yz] = [
-            mean(gradients[0]),
-            mean(gradients[1]),
-            mean(gradients[2]),
-            mean(gradients[3]),
-            mean(gradients[4]),
-        ];
-        let mut sums = Sums {
-            third: [[0.0; 7]; 3],
-            gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy)),
-            by_axes: [Mat3::zeros(); 3],
-        };
+        let all = 1.0 / whole.value();
+        let mut sums = Sums { third: [[0.0; 7]; 3], gradient: Mat3::zeros(), by_axes: [Mat3::zeros(); 3] };
         for m in 0..3 {
             for k in 0..7 {
-                sums.third[m][k] = mean(thirds[m][k]);
+                sums.third[m][k] = thirds[m][k].value() * all;
             }
-            for k in 0..3 {
-                let row = total_vector([axes[m][3 * k], axes[m][3 * k + 1], axes[m][3 * k + 2]]);
-                sums.by_axes[m].set_row(k, &row.transpose());
+            for k in 0..9 {
+                sums.by_axes[m][(k / 3, k % 3)] = axes[m][k].value();
             }
         }
+        let mut h = [0.0; 5];
+        for k in 0..5 {
+            h[k] = gradients[k].value() * all;
+        }
+        let [xx, yy, xy, xz, yz] = h;
+        sums.gradient = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy));
         sums
     }
 }

@@ -5,7 +5,7 @@ use crate::math::monomials::{Row, count, offset, rows};
 
 /// All partial derivatives of 1/r at a point, up to a degree.
 pub(super) struct Derivatives<const DERIVATIVES: usize> {
-    values: [f64; DERIVATIVES],
+    pub(super) values: [f64; DERIVATIVES],
 }
 
 impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {

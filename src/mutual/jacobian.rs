@@ -175,6 +175,9 @@ impl Pair {
     /// Derivatives of force and torques with the rule in force, after [`Self::prepare_jacobian`]. Allocates nothing.
     pub fn jacobian(&self, pose: &Pose) -> Jacobian {
         let scaled = self.scaled(pose);
+        if let Some(multipole) = &self.multipole {
+            return multipole.jacobian(&scaled).in_unit(self.unit);
+        }
         let jacobian = match (&self.rule, &self.gradient_nodes) {
             (Some(rule), Some(nodes)) => self.jacobian_by(rule, nodes, &scaled),
             _ => Jacobian::monopole(&scaled),

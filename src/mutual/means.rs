@@ -16,7 +16,7 @@
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::{INTERLEAVED, Lanes, Total, load_vector, splat_vector, total_vector};
+use crate::math::lanes::{INTERLEAVED, Lanes, Total, splat_vector, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -65,25 +65,24 @@ struct Sums<const D: usize> {
     torque_field: Vec3,
 }
 
-/// Registers side by side in this sum, an even number: half as many leave the processor waiting for itself.
-const WIDE: usize = 4;
-
 impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
     type Output = Sums<D>;
 
+    /// With six registers side by side, and what remains with four and two: the processor does not wait for itself.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Sums<D> {
         let zero = Total::zero(simd);
         let mut running = Running { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
         let registers = self.nodes.weights.len() / S::F64_LANES;
-        let wide = registers / WIDE;
-        let place: Place<S, D, WIDE> = Place::new(simd, &self.origin, &self.axes);
-        for block in 0..wide {
-            running.add(simd, self.kernel, self.nodes, place, block);
+        let (sixes, rest) = (registers / 6, registers % 6);
+        for k in 0..sixes {
+            running.add::<_, 6>(simd, &self, 6 * k);
         }
-        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
-        for block in wide * WIDE / INTERLEAVED..registers / INTERLEAVED {
-            running.add(simd, self.kernel, self.nodes, place, block);
+        if rest >= 4 {
+            running.add::<_, 4>(simd, &self, 6 * sixes);
+        }
+        if rest % 4 >= 2 {
+            running.add::<_, 2>(simd, &self, registers - 2);
         }
         let mut moment = [Vec3::zeros(); D];
         for k in 0..D {
@@ -102,20 +101,18 @@ struct Running<S: Simd, const D: usize> {
 }
 
 impl<S: Simd, const D: usize> Running<S, D> {
-    /// Adds a block of nodes.
+    /// Adds the nodes of `N` registers from one on.
     #[inline(always)]
-    fn add<const N: usize>(
-        &mut self,
-        simd: S,
-        kernel: impl FieldKernel,
-        nodes: &Nodes,
-        place: Place<S, D, N>,
-        block: usize,
-    ) {
-        let y = load_vector(simd, &nodes.points, block);
-        let weight = Lanes::load(simd, &nodes.weights, block);
+    fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &ForceSum<'_, K, D>, register: usize) {
+        let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
+        let (nodes, from) = (sum.nodes, register * S::F64_LANES);
+        let mut y = [Lanes::splat(simd, 0.0); 3];
+        for i in 0..3 {
+            y[i] = Lanes::load(simd, &nodes.points[i][from..], 0);
+        }
+        let weight = Lanes::load(simd, &nodes.weights[from..], 0);
         let x = place.of(y);
-        let field = kernel.field(x);
+        let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
         for i in 0..3 {
             let pull = wx[i] * field.rd[i];

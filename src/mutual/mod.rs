@@ -24,6 +24,7 @@ mod multipole;
 mod pair;
 mod rule;
 mod sampled;
+mod series_slopes;
 mod store;
 mod surface;
 

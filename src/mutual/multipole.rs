@@ -65,6 +65,16 @@ impl Multipole {
         Self { half: self.half + 1, squares: self.squares, general }
     }
 
+    /// Half the total degree.
+    pub(super) fn half(&self) -> usize {
+        self.half
+    }
+
+    /// Whether shapes other than ellipsoids and points take part.
+    pub fn is_general(&self) -> bool {
+        self.general.is_some()
+    }
+
     /// Force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         if let Some(general) = &self.general {
@@ -89,7 +99,7 @@ impl Multipole {
     }
 
     /// The spread matrices in units of the separation, so that no power over- or underflows.
-    fn scaled_spreads(&self, pose: &Pose) -> ([Mat3; 2], f64) {
+    pub(super) fn scaled_spreads(&self, pose: &Pose) -> ([Mat3; 2], f64) {
         let scale = pose.separation.norm();
         let spread = |r: &Mat3, squares: &Vec3| {
             let scaled = squares / (scale * scale);
@@ -142,13 +152,13 @@ impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVA
 }
 
 /// For each half-degree s: sum_n alpha_n alpha_{s-n} A^n B^{s-n}, and its variations with A and with B.
-struct Terms<const TERMS: usize, const MONOMIALS: usize> {
-    potential: [[f64; MONOMIALS]; TERMS],
-    variation: [[[f64; MONOMIALS]; TERMS]; 2],
+pub(super) struct Terms<const TERMS: usize, const MONOMIALS: usize> {
+    pub potential: [[f64; MONOMIALS]; TERMS],
+    pub variation: [[[f64; MONOMIALS]; TERMS]; 2],
 }
 
 impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
-    fn new(spreads: &[Mat3; 2]) -> Self {
+    pub fn new(spreads: &[Mat3; 2]) -> Self {
         let half = TERMS - 1;
         let forms = [quadratic_form(&spreads[0]), quadratic_form(&spreads[1])];
         let empty = [[0.0; MONOMIALS]; TERMS];
@@ -174,6 +184,34 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
             }
         }
         terms
+    }
+}
+
+impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
+    /// The second variations: with A twice, with A and B, or with B twice.
+    pub fn second(spreads: &[Mat3; 2], which: usize) -> [[f64; MONOMIALS]; TERMS] {
+        let [raised_a, raised_b] = [2 - which, which];
+        let forms = [quadratic_form(&spreads[0]), quadratic_form(&spreads[1])];
+        let mut sums = [[0.0; MONOMIALS]; TERMS];
+        let mut power_of_a = [0.0; MONOMIALS];
+        power_of_a[0] = 1.0;
+        // (n + r)! / n! from r derivatives of A^(n + r).
+        let fall = |n: usize, r: usize| (n + 1..=n + r).map(|k| k as f64).product::<f64>();
+        for n in 0..TERMS.saturating_sub(2) {
+            let mut product = power_of_a;
+            for m in 0..TERMS - 2 - n {
+                let factor =
+                    ALPHA[n + raised_a] * ALPHA[m + raised_b] * fall(n, raised_a) * fall(m, raised_b);
+                add(&mut sums[n + m + 2], &product, 2 * (n + m), factor);
+                if m + 1 < TERMS - 2 - n {
+                    product = times_quadratic(&product, 2 * (n + m), &forms[1]);
+                }
+            }
+            if n + 3 < TERMS {
+                power_of_a = times_quadratic(&power_of_a, 2 * n, &forms[0]);
+            }
+        }
+        sums
     }
 }
 

@@ -5,6 +5,7 @@
 //! Functions G_k and the solution as in Rein & Tamayo (2015), MNRAS 452, 376.
 
 use crate::math::Vec3;
+use crate::math::stumpff::{REACH, stumpff};
 use std::f64::consts::TAU;
 
 /// Changes of position and velocity over a time on the orbit through them; `None` where doubles overflow or the iteration
@@ -58,10 +59,15 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         };
         let change = (next - s).abs();
         s = next;
-        // What a small step of fourth order leaves is below round-off.
+        // What a small step of fourth order leaves is below round-off, and so is what a very small one leaves of third order.
         let small = inside && change <= 1e-5 * s.abs() && change * second.abs() <= 1e-4 * r;
         if small || change <= f64::EPSILON * s.abs() || (change >= last_change && change <= 1e-12 * s.abs()) {
-            let g = functions(beta, s);
+            let g = if inside && change <= 2e-6 * s.abs() {
+                let half = 0.5 * step;
+                [g[0], g[1] + step * (g[0] - half * beta * g[1]), g[2] + step * (g[1] + half * g[0]), g[3]]
+            } else {
+                functions(beta, s)
+            };
             let r = r0 + eta * g[1] + zeta * g[2];
             let there = mu / r;
             let (f, fdot) = (-mu * inverse * g[2], -there * inverse * g[1]);
@@ -76,40 +82,16 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     None
 }
 
-/// Terms of Stumpff's series.
-const TERMS: usize = 8;
-
-/// The coefficients (-1)^n/(2 n + k)! of c_k.
-const fn stumpff(k: usize) -> [f64; TERMS] {
-    let mut coefficients = [0.0; TERMS];
-    let (mut n, mut m, mut factorial) = (0, 1, 1.0);
-    while n < TERMS {
-        while m <= 2 * n + k {
-            factorial *= m as f64;
-            m += 1;
-        }
-        coefficients[n] = if n % 2 == 0 { 1.0 / factorial } else { -1.0 / factorial };
-        n += 1;
-    }
-    coefficients
-}
-const C2: [f64; TERMS] = stumpff(2);
-const C3: [f64; TERMS] = stumpff(3);
-
 /// G_0 to G_3 = s^k c_k(beta s^2), c_k Stumpff's functions: series at a reduced argument, then doublings.
 #[inline]
 fn functions(beta: f64, s: f64) -> [f64; 4] {
     let mut z = beta * s * s;
     let mut doublings = 0;
-    // The first power that the series leave out is z^8/18!.
-    while z.abs() > 0.5 && doublings < 60 {
+    while z.abs() > REACH && doublings < 60 {
         z *= 0.25;
         doublings += 1;
     }
-    let (mut c2, mut c3) = (0.0, 0.0);
-    for n in (0..TERMS).rev() {
-        (c2, c3) = (c2 * z + C2[n], c3 * z + C3[n]);
-    }
+    let [mut c2, mut c3] = stumpff(z);
     let (mut c0, mut c1) = (1.0 - z * c2, 1.0 - z * c3);
     for _ in 0..doublings {
         (c2, c3) = (0.5 * c1 * c1, 0.25 * (c2 + c0 * c3));

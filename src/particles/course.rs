@@ -152,9 +152,13 @@ impl<'a> Course<'a> {
             let basis = segment.basis(segment.fraction(time));
             let step =
                 &self.packed[(at - self.stretch.start) * self.rows * self.width..][..self.rows * self.width];
-            for (group, columns) in out.chunks_mut(GROUP).enumerate() {
-                sum(simd, step, self.width, GROUP * group, &basis, &mut numbers);
-                columns.iter_mut().zip(numbers).for_each(|(column, number)| column[lane] = number);
+            let mut first = 0;
+            for columns in out.chunks_mut(GROUP) {
+                sum(simd, step, self.width, first, &basis, &mut numbers);
+                first += GROUP;
+                for column in 0..columns.len() {
+                    columns[column][lane] = numbers[column];
+                }
             }
             if self.frame.layout.chart == AttitudeChart::TaitBryan {
                 for body in 0..self.bodies() {
@@ -214,24 +218,21 @@ fn sum<S: Simd>(
     out: &mut [f64; GROUP],
 ) {
     let (registers, out) = (S::as_simd_f64s(step).0, S::as_mut_simd_f64s(out).0);
-    let mut rows = registers.chunks_exact(width / S::F64_LANES).map(
-        #[inline(always)]
-        |row| &row[first / S::F64_LANES..],
-    );
-    let (Some(high), Some(low)) = (rows.next(), rows.next()) else { return };
-    out.iter_mut().zip(low).for_each(
-        #[inline(always)]
-        |(sum, low)| *sum = *low,
-    );
-    for (value, row) in basis.iter().zip(rows) {
-        let value = simd.splat_f64s(*value);
-        out.iter_mut().zip(row).for_each(
-            #[inline(always)]
-            |(sum, c)| *sum = simd.mul_add_e_f64s(value, *c, *sum),
-        );
+    let (row, first) = (width / S::F64_LANES, first / S::F64_LANES);
+    let count = out.len().min(row - first);
+    let out = &mut out[..count];
+    out.copy_from_slice(&registers[row + first..][..count]);
+    let mut place = 2 * row + first;
+    for term in 0..registers.len() / row - 2 {
+        let value = simd.splat_f64s(basis[term]);
+        let part = &registers[place..][..count];
+        for k in 0..count {
+            out[k] = simd.mul_add_e_f64s(value, part[k], out[k]);
+        }
+        place += row;
     }
-    out.iter_mut().zip(high).for_each(
-        #[inline(always)]
-        |(sum, high)| *sum = simd.add_f64s(*high, *sum),
-    );
+    let part = &registers[first..][..count];
+    for k in 0..count {
+        out[k] = simd.add_f64s(part[k], out[k]);
+    }
 }

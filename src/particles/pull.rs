@@ -167,7 +167,7 @@ impl PartPuller {
         }
         let g = match &self.law {
             Law::Point => point(y, self.gm),
-            Law::Ellipsoid { field, canonical } => back(canonical, field.field_apart(forth(canonical, y))),
+            Law::Ellipsoid { field, canonical } => back(canonical, field.at(forth(canonical, y)).field),
             Law::Polyhedron(_) => [y[0].constant(0.0); 3],
         };
         match &self.place {

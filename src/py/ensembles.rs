@@ -3,7 +3,7 @@
 use super::descriptions::from_python;
 use super::events::{Watched, events};
 use super::listening::Listener;
-use super::runs::{Sampling, arrays};
+use super::runs::{Followed, Sampling, arrays};
 use super::systems::{PyState, PySystem};
 use crate::ensemble::{Answer, Caller, Member, Progress, run};
 use pyo3::prelude::*;
@@ -14,7 +14,8 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// What a member is known by, system, state, integrator, end, samples, events, whether the continuous solution is kept.
+/// What a member is known by, system, state, integrator, end, samples, events, whether the continuous solution is kept,
+/// what is followed.
 type Given<'py> = (
     Py<PyAny>,
     Bound<'py, PySystem>,
@@ -24,6 +25,7 @@ type Given<'py> = (
     Sampling<'py>,
     Vec<Watched<'py>>,
     bool,
+    Followed,
 );
 
 /// Runs members from an iterator over threads.
@@ -125,7 +127,8 @@ impl Caller for Asking {
 }
 
 fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> PyResult<(Tag, Member)> {
-    let (tag, system, state, integrator, until, output, watched, dense): Given<'_> = given.extract()?;
+    let (tag, system, state, integrator, until, output, watched, dense, following): Given<'_> =
+        given.extract()?;
     let listener = Arc::new(Listener::default());
     let member = Member {
         system: system.get().inner.clone(),
@@ -135,6 +138,7 @@ fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> PyResult<(Tag, Member)> {
         output: output.into(),
         events: events(py, &watched, &listener),
         dense,
+        following: following.checked(&system.get().inner)?,
     };
     Ok(((tag, listener), member))
 }

@@ -38,7 +38,7 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
 
 impl PyCondition {
     /// The core's condition. The first exception of a function goes to `listener`.
-    fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
+    pub(super) fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
             Self::Contact { first, second } => Condition::Contact { first, second },

@@ -6,12 +6,14 @@ use super::events::{Watched, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::{DEPARTURE, Parameter, Quadrature, State};
+use crate::dynamics::{DEPARTURE, Parameter, Quadrature, State, System};
 use crate::environment::BOOK;
 use crate::error::Error;
 use crate::integrate::Tolerance;
 use crate::math::Vec3;
-use crate::trajectory::{Dense, Output, Progress, Run, Simulation, StopReason, Trajectory};
+use crate::trajectory::{
+    Dense, Following, INDICATORS, Output, Progress, Run, Simulation, StopReason, Trajectory,
+};
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -39,6 +41,18 @@ impl From<Sampling<'_>> for Output {
             Sampling::Named(None) => Self::Steps,
             Sampling::Named(Some(_)) => Self::Ends,
         }
+    }
+}
+
+/// What is followed beside a run: the parameters by which it is differentiated, or `None`, and whether chaos is measured.
+#[derive(FromPyObject)]
+pub struct Followed(Option<Vec<String>>, bool);
+
+impl Followed {
+    pub fn checked(self, system: &System) -> Result<Following, Error> {
+        let parameter = |name: &String| Parameter::named(name, system);
+        let names = self.0.as_ref().map(|names| names.iter().map(parameter).collect());
+        Ok(Following { derivatives: names.transpose()?, chaos: self.1 })
     }
 }
 
@@ -166,16 +180,10 @@ impl PySimulation {
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
-        derivatives: Option<Vec<String>>,
+        following: Followed,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = output.into();
-        let bodies = self.inner.system().bodies();
-        let method = self.inner.system().settings().gravity;
-        let parameter = |name: &String| Parameter::named(name, bodies)?.check(bodies, method);
-        let derivatives: Option<Vec<_>> = match &derivatives {
-            Some(names) => Some(names.iter().map(parameter).collect::<Result<_, _>>()?),
-            None => None,
-        };
+        let following = following.checked(self.inner.system())?;
         let listener = Arc::new(Listener::default());
         let mut events = events(py, &watched, &listener);
         let mut record = Trajectory::new(self.inner.system().bodies().len());
@@ -199,8 +207,7 @@ impl PySimulation {
                     }
                 })
             };
-            let run =
-                Run { output: &output, events: &mut events, dense, derivatives: derivatives.as_deref() };
+            let run = Run { output: &output, events: &mut events, dense, following: &following };
             self.inner.run(until, run, &mut record, &mut hook)
         });
         let error = outcome.err().map(|error| listener.explain(error));
@@ -293,6 +300,9 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>>
         if parameters > 0 {
             dict.set_item("sensitivity", array(py, record.sensitivity, &[k, parameters, size])?)?;
         }
+    }
+    if !record.chaos.is_empty() {
+        dict.set_item("chaos", array(py, record.chaos, &[k, INDICATORS])?)?;
     }
     dict.set_item("switched_off", record.switched_off)?;
     dict.set_item("start", record.start.map(|start| start.numbers()))?;

@@ -3,10 +3,11 @@
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::descriptions::{from_python, to_python};
+use super::events::PyCondition;
 use super::forces::{Function, forces};
-use super::listening::listening;
+use super::listening::{Listener, listening};
 use super::rotations::matrices;
-use crate::dynamics::{State, System};
+use crate::dynamics::{DEPARTURE, Parameter, State, System};
 use crate::environment::Load;
 use crate::error::Error;
 use crate::gravity::BodyPull;
@@ -18,6 +19,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -180,10 +182,44 @@ impl PySystem {
         Ok((force, torque, result.potential_energy, result.left_out))
     }
 
-    /// Derivatives (6 N, 6 N) of forces and torques: per body force, torque by position, rotation vector.
-    fn jacobian<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
-        let size = 6 * self.inner.bodies().len();
-        array(py, listening(py, |patience| self.inner.jacobian(&state.inner, patience))?, &[size, size])
+    /// Derivatives of loads (6N, 6N), of rates (12N, 12N), of these with parameters (P, 12N), and the rates (12N,) themselves.
+    fn jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        state: &PyState,
+        parameters: Vec<String>,
+    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>, Array<'py>)> {
+        let named = parameters.iter().map(|name| Parameter::named(name, &self.inner));
+        let named: Vec<_> = named.collect::<Result<_, _>>()?;
+        let jacobian = listening(py, |patience| self.inner.jacobian(&state.inner, &named, patience))?;
+        let n = self.inner.bodies().len();
+        Ok((
+            array(py, jacobian.loads, &[6 * n, 6 * n])?,
+            array(py, jacobian.rates, &[DEPARTURE * n, DEPARTURE * n])?,
+            array(py, jacobian.by_parameters, &[named.len(), DEPARTURE * n])?,
+            array(py, jacobian.flow, &[DEPARTURE * n])?,
+        ))
+    }
+
+    /// Derivatives (12N,) of the function of an event's condition, and its derivative with time.
+    fn event_slopes<'py>(
+        &self,
+        py: Python<'py>,
+        condition: &Bound<'py, PyCondition>,
+        state: &PyState,
+    ) -> PyResult<(Array<'py>, f64)> {
+        let raised = Arc::new(Listener::default());
+        let mut condition = condition.get().condition(py, &raised);
+        let found = listening(py, |patience| condition.slopes(&self.inner, &state.inner, patience));
+        let (slopes, by_time) = found.map_err(|error| raised.raised().unwrap_or(error))?;
+        let count = slopes.len();
+        Ok((array(py, slopes, &[count])?, by_time))
+    }
+
+    /// Names of the parameters that motions can be differentiated by.
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        Parameter::all(self.inner.bodies(), self.inner.forces()).into_iter().map(|(name, _)| name).collect()
     }
 
     /// Total, translational, rotational, potential.

@@ -5,11 +5,13 @@
 
 mod approach;
 mod archive;
+mod chaos;
 mod checkpoint;
 mod dense;
 mod encounter;
 mod events;
 mod integrator;
+mod mapped;
 mod motion;
 mod mover;
 mod output;
@@ -18,9 +20,11 @@ mod simulation;
 mod tangent;
 
 pub use archive::{ARCHIVE_VERSION, Setup};
+pub use chaos::INDICATORS;
 pub use dense::Dense;
 pub use events::{Condition, Event, Occurrence, SAMPLES, StateFunction};
 pub use integrator::Integrator;
 pub use output::Output;
 pub use record::{StopReason, Trajectory};
 pub use simulation::{Progress, Run, Simulation};
+pub use tangent::Following;

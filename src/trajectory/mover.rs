@@ -177,6 +177,14 @@ impl Mover {
         }
     }
 
+    /// The stepper of fixed steps and its flows.
+    pub fn fixed(&self) -> Option<(&FixedStepper, &Splitting)> {
+        match self {
+            Self::Adaptive(_) => None,
+            Self::Fixed(fixed) => Some((&fixed.stepper, &fixed.splitting)),
+        }
+    }
+
     /// The tableau of a Runge-Kutta pair.
     pub fn tableau(&self) -> Option<&'static Tableau> {
         self.last().map(|step| step.tableau())

@@ -48,6 +48,8 @@ pub struct Trajectory {
     pub transition: Vec<f64>,
     /// The same of the sensitivities (K, P, 12 N) to parameters.
     pub sensitivity: Vec<f64>,
+    /// Indicators of chaos (K, 3) since then: the mean of MEGNO, the Lyapunov exponent, the fast Lyapunov indicator.
+    pub chaos: Vec<f64>,
     /// Events in order of the run.
     pub events: Vec<Occurrence>,
     /// The continuous solution, where it was asked for.

@@ -6,9 +6,9 @@ use super::events::Watch;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::output::Times;
-use super::tangent::Tangent;
+use super::tangent::{Following, Tangents};
 use super::{Dense, Event, Integrator, Output, StopReason, Trajectory};
-use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, Parameter, State, System};
+use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, State, System};
 use crate::error::{Error, Result, require_finite};
 use crate::integrate::{Equations, Statistics};
 use crate::patience::{HOOK_INTERVAL, Patience, UNITS};
@@ -37,8 +37,8 @@ pub struct Run<'a, 'f> {
     pub events: &'a mut [Event<'f>],
     /// Whether the continuous solution is kept.
     pub dense: bool,
-    /// The parameters that the run is differentiated by beside its start, where it is.
-    pub derivatives: Option<&'a [Parameter]>,
+    /// What is followed beside it.
+    pub following: &'a Following,
 }
 
 /// A system at a state, ready to be moved.
@@ -192,7 +192,7 @@ impl Simulation {
         record: &mut Trajectory,
         hook: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<()> {
-        let run = Run { output, events: &mut [], dense: false, derivatives: None };
+        let run = Run { output, events: &mut [], dense: false, following: &Following::default() };
         self.run(until, run, record, &mut |_, progress| hook(progress))
     }
 
@@ -242,15 +242,12 @@ impl Simulation {
         self.mover.check_reach(until)?;
         let from = self.time();
         self.motion.equations.check_outside(from, until, self.mover.vector().0)?;
-        let Run { output, events, dense, derivatives } = run;
+        let Run { output, events, dense, following } = run;
         let start = self.time();
         let mut times = Times::new(start, until, output)?;
         let mut watch = Watch::new(&self.motion.equations, events, self.given)?;
         let mut sample = vec![0.0; self.frame().layout.dimension()];
-        let mut tangent = match derivatives {
-            Some(parameters) => Some(Tangent::new(&self.motion, &self.mover, parameters, self.state())),
-            None => None,
-        };
+        let mut tangents = Tangents::new(following, &self.motion, &self.mover, &self.state())?;
         if dense {
             record.dense = Some(Dense::new(self.frame(), self.state()));
         }
@@ -266,7 +263,7 @@ impl Simulation {
             let books = || self.frame().layout.books(self.mover.vector().0).to_vec();
             record.start_books.get_or_insert_with(books);
             if times.due(start) {
-                self.record_present(record, &mut tangent, patience)?;
+                self.record_present(record, &mut tangents, patience)?;
             }
         }
         while self.time() != until {
@@ -274,7 +271,6 @@ impl Simulation {
             let mut inside = || hook(None, Progress { start, time, end: until });
             let patience = &mut Patience::since(called, &mut inside);
             let watched = dense || !events.is_empty();
-            let by_pieces = tangent.is_some() && self.mover.last().is_none();
             let (stop, contact);
             if watched {
                 let (before, known) = (self.checkpoint(), record.events.len());
@@ -290,7 +286,7 @@ impl Simulation {
                 };
             } else {
                 stop = None;
-                contact = self.advance(until, |now| by_pieces || times.pending(now).is_some(), patience)?;
+                contact = self.advance(until, |now| times.pending(now).is_some(), patience)?;
             }
             let now = self.time();
             let met = contact.map_or(now, |contact| contact.time);
@@ -298,27 +294,23 @@ impl Simulation {
             while let Some(time) = times.before(reached) {
                 let piece = piece_at(self.mover.pieces(), time, until >= start);
                 let state = state_within(self.frame(), piece, time, &mut sample);
-                self.record_state(record, &sample, &state, &mut tangent, patience)?;
+                self.record_state(record, &sample, &state, &mut tangents, patience)?;
             }
             if let Some((event, time)) = stop {
-                if let Some(tangent) = &mut tangent {
-                    tangent.place(&mut self.motion, self.mover.pieces(), time, patience)?;
-                }
+                tangents.place(&mut self.motion, self.mover.pieces(), time, patience)?;
                 self.mover.place(time, watch.vector());
                 self.given = true;
-                self.record_present(record, &mut tangent, patience)?;
+                self.record_present(record, &mut tangents, patience)?;
                 return Ok(StopReason::Event(event));
             }
             if let Some(contact) = contact {
                 self.mover.retreat();
                 return Err(contact.error(self.system()));
             }
-            if let Some(tangent) = &mut tangent {
-                let followed = tangent.advance(&mut self.motion, &self.mover, patience);
-                followed.inspect_err(|_| self.mover.retreat())?;
-            }
+            let followed = tangents.advance(&mut self.motion, &self.mover, patience);
+            followed.inspect_err(|_| self.mover.retreat())?;
             if times.due(now) {
-                self.record_present(record, &mut tangent, patience)?;
+                self.record_present(record, &mut tangents, patience)?;
             }
             // The clock is read after many quick steps.
             unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
@@ -369,12 +361,12 @@ impl Simulation {
     fn record_present(
         &mut self,
         record: &mut Trajectory,
-        tangent: &mut Option<Tangent>,
+        tangents: &mut Tangents,
         patience: &mut Patience,
     ) -> Result<()> {
         let state = self.state();
         let high = self.mover.vector().0.to_vec();
-        self.record_state(record, &high, &state, tangent, patience)
+        self.record_state(record, &high, &state, tangents, patience)
     }
 
     fn record_state(
@@ -382,16 +374,11 @@ impl Simulation {
         record: &mut Trajectory,
         y: &[f64],
         state: &State,
-        tangent: &mut Option<Tangent>,
+        tangents: &mut Tangents,
         patience: &mut Patience,
     ) -> Result<()> {
         let conserved = self.invariants_of(y, state, patience)?;
-        if let Some(tangent) = tangent {
-            let (transition, sensitivity) =
-                tangent.at(&mut self.motion, self.mover.pieces(), state, patience)?;
-            record.transition.extend(transition);
-            record.sensitivity.extend(sensitivity);
-        }
+        tangents.record(&mut self.motion, self.mover.pieces(), state, record, patience)?;
         record.push(state, &conserved, self.frame().layout.books(y));
         Ok(())
     }

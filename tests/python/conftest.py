@@ -17,6 +17,28 @@ settings.load_profile("suite")
 
 
 @pytest.fixture(scope="session")
+def ellipsoids():
+    """Two ellipsoids without an axis of symmetry; G = 1."""
+    import fullbody
+
+    return fullbody.System(
+        [
+            fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name="A"),
+            fullbody.Body(fullbody.Ellipsoid(0.5, 0.42, 0.37), mass=0.3, name="B"),
+        ],
+        G=1.0,
+    )
+
+
+@pytest.fixture(scope="session")
+def locked(ellipsoids):
+    """Their relative equilibrium far from the fold."""
+    import fullbody
+
+    return fullbody.analysis.relative_equilibrium(ellipsoids, separation=4.0)
+
+
+@pytest.fixture(scope="session")
 def draft(tmp_path_factory):
     """A draft of the report on Ho et al. (2021)."""
     from reproduction.ho2021.page import write_report

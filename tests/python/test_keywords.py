@@ -25,9 +25,11 @@ RESULTS = {
     *(
         fullbody.Dense,
         fullbody.Energy,
+        fullbody.EventDerivatives,
         fullbody.Gravity,
         fullbody.Interactions,
         fullbody.Invariants,
+        fullbody.Jacobian,
         fullbody.Loads,
         fullbody.Samples,
         fullbody.Statistics,

@@ -14,7 +14,7 @@ fn field_of(axes: [f64; 3]) -> FieldOf {
 }
 
 fn outer_root(x: &Vec3, axes: [f64; 3]) -> f64 {
-    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    let square = |v: f64| -> Lanes<Scalar> { Lanes::splat(Scalar, v * v) };
     kappa([square(x.x), square(x.y), square(x.z)], axes.map(|a| a * a)).first()
 }
 
@@ -217,7 +217,8 @@ impl<K: FieldKernel> WithSimd for Evaluate<'_, K> {
 
     fn with_simd<S: Simd>(self, simd: S) -> Vec<Values> {
         let [x, y, z] = self.points;
-        let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
+        let blocks = |values| Lanes::<S, 2>::blocks(simd, values);
+        let points = blocks(x).zip(blocks(y)).zip(blocks(z));
         let length = size_of::<[S::f64s; 2]>() / size_of::<f64>();
         let mut out = vec![[0.0; 7]; x.len()];
         for (k, ((x, y), z)) in points.enumerate() {

@@ -7,7 +7,7 @@ from .branch import Branch, Fold, branch
 from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium
 from .least import Equilibria, Touching, equilibria
 from .modes import Modes
-from .periodic import PeriodicOrbit, periodic_orbit
+from .periodic import PeriodicOrbit, periodic_family, periodic_orbit
 from .section import Frequencies, Section, frequencies, section
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "branch",
     "equilibria",
     "frequencies",
+    "periodic_family",
     "periodic_orbit",
     "relative_equilibrium",
     "section",

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base import rotations
 from ..motion.simulation import System
-from ._pair import Array, Pair, Pose, cross, exponential
+from ._pair import Array, Pair, Pose, cross
 
 __all__ = ["Point", "flow", "generators", "momentum_rows"]
 
@@ -143,10 +143,3 @@ def flow(pair: Pair, point: Point, time: float) -> tuple[Point, Array]:
     gather[6:12, 6:12] = gather[12:, 18:] = np.eye(6)
     transition = np.asarray(getattr(run.transition, "value", run.transition))[-1]
     return end, gather @ transition @ spread
-
-
-def twist(vector: Array, axis: int) -> Array:
-    """The quaternion of a rotation vector's part about an axis."""
-    own = np.zeros(3)
-    own[axis] = vector[axis]
-    return exponential(own)

@@ -87,9 +87,6 @@ class Pair:
         cores = [body._core(system._units, k) for k, body in enumerate(system.bodies)]
         self.inertia: Array = np.array([np.asarray(core.inertia) for core in cores])
         self.reach = [self._radius(core) for core in cores]
-        for name, moments in zip(system.names, self.inertia, strict=True):
-            if np.ndim(moments) != 1:
-                raise InvalidInput(f"{name} has no principal frame; expected one")
 
     @staticmethod
     def _radius(core: _core.Body) -> float:
@@ -120,7 +117,7 @@ class Pair:
         """Of the loads with a change of the pose (9, 9)."""
         state = self.state(pose)
         with self.system._explaining(lambda: state):
-            full = self.system._core.jacobian(state)
+            full = self.system._core.jacobian(state, [])[0]
         rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
         found: Array = full[np.ix_(rows, columns)]
         return found

@@ -21,7 +21,7 @@ from ..typing import Scalar
 from ._linear import Rotation
 from ._newton import Condition, Kind, Problem, converged
 from ._pair import Array, Pair, Pose
-from ._starts import Axes, aligned, contact, long_axes, scan
+from ._starts import Axes, aligned, contact, long_axes, rotation_at, scan
 from .modes import Modes, departed, modes_of
 
 __all__ = ["RelativeEquilibrium", "averaged", "relative_equilibrium"]
@@ -222,8 +222,9 @@ def relative_equilibrium(
     problem = _problem(pair, pose, spin)
     if start is None:
         pose = aligned(given, _distance(problem, given, condition))
-        pair.loads(pose)
-    guess = _guess(problem, pose)
+    # Where gravity does not pull along the line, Kepler's rate is a beginning.
+    kepler = np.sqrt(pair.strength / (pair.mass * pose.distance**3))
+    guess = rotation_at(problem, pose) or problem.rotation(pose, kepler)
     return RelativeEquilibrium(problem, converged(problem, guess, condition))
 
 
@@ -280,7 +281,7 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
         return condition.value
     if condition.kind == "rate":
         return max(contact(pair, axes), float(np.cbrt(pair.strength / (pair.mass * condition.value**2))))
-    found = scan(problem, axes, condition.value)
+    found = scan(problem, axes, contact(pair, axes), condition.value)
     places = found.crossings(condition.value)
     if len(places) == 0:
         least = int(found.angular_momentum.argmin())
@@ -292,14 +293,6 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
             f"{number(attach(found.separation[least], 'length'), 5)}"
         )
     return float(places[-1])
-
-
-def _guess(problem: Problem, pose: Pose) -> Rotation:
-    """A pose with the rate of a circular orbit."""
-    rate = np.sqrt(problem.pair.strength / (problem.pair.mass * pose.distance**3))
-    loads, _ = problem.pair.loads(pose)
-    inward = -float(loads[:3] @ pose.r) / (problem.pair.mass * pose.distance**2)
-    return problem.rotation(pose, np.sqrt(inward) if inward > 0.0 else rate)
 
 
 def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:

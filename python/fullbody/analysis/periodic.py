@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base import rotations
 from ..base.arguments import integer, named_options
 from ..base.tables import Table, Tabled, number
 from ..base.units import numbers, scalar
-from ..errors import BodiesOverlap, InvalidInput, NotConverged
+from ..errors import FullbodyError, InvalidInput
 from ..model.state import State
 from ..motion.simulation import System
 from ..typing import Scalar
-from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows, rotation_vector
+from ._flow import SPINS, TURNS, Point, generators, momentum_rows
 from ._linear import complement, even, kernel
 from ._pair import Array, Pair, Pose, cross
-from .equilibrium import pose_of
+from ._shooting import Ends, Shooting, begun, solved
+from .equilibrium import RelativeEquilibrium, pose_of
 
-__all__ = ["PeriodicOrbit", "periodic_orbit"]
+__all__ = ["PeriodicOrbit", "periodic_family", "periodic_orbit"]
 
+#: The closure of members of a family.
+_CLOSED = 1e-12
 _HELD = ("period", "energy", "angular_momentum")
-#: Steps of Newton's method at most, and those in a row that may bring nothing.
-_STEPS, _LOST = 40, 6
 #: Segments, unless more are asked for.
 _MOST = 32
-#: The longest step, in the units of :meth:`_Shooting.units`, and directions in which nothing is known.
-_LONGEST, _UNKNOWN = 0.2, 1e-9
 #: How far from the unit circle a multiplier of a stable orbit may lie.
 _ROUND = 1e-6
-_HALF_TURNS = np.eye(4)
 
 
 class PeriodicOrbit(Tabled):
@@ -49,13 +45,15 @@ class PeriodicOrbit(Tabled):
         By how much the motion misses its start after one period, in units of the separation, its rate, and radians.
     """
 
-    def __init__(self, shooting: _Shooting, closure: float, transition: Array) -> None:
+    def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
         pair, point = shooting.pair, shooting.points[0]
         self.system: System = shooting.system
         self.state: State = self.system._state(pair.state(point.pose, point.velocity, point.spin))
         self.closure = closure
         self._shooting = shooting
-        self._transition = transition
+        self._transition = np.eye(18)
+        for _, part in ends:
+            self._transition = part @ self._transition
 
     @property
     def period(self) -> Scalar:
@@ -151,62 +149,13 @@ class PeriodicOrbit(Tabled):
         )
 
 
-@dataclass
-class _Shooting:
-    """Points along an orbit at equal times, its period, and by what its end is turned against its start."""
-
-    system: System
-    pair: Pair
-    points: list[Point]
-    period: float
-    angle: float
-    axes: tuple[int | None, int | None]
-    #: For each body 0, or 1 to 3 for a half turn about x, y or z.
-    half: list[int]
-    #: Turns of bodies about their axes of symmetry.
-    own: Array
-
-    def units(self) -> Array:
-        """Units (18,) of departures: the separation, its rate, radians."""
-        d = self.points[0].pose.distance
-        n = np.sqrt(self.pair.strength / (self.pair.mass * d**3))
-        return np.concatenate([np.repeat([d, d * n], 3), np.repeat([1.0, n, 1.0, n], 3)])
-
-    def own_turns(self) -> Array:
-        """Quaternions (2, 4) by which bodies turn in their frames beside the whole."""
-        found = np.array([_HALF_TURNS[half] for half in self.half])
-        for k, axis in enumerate(self.axes):
-            if axis is not None and axis < 3:
-                found[k] = rotations.turn(axis, float(self.own[k]))
-        return found
-
-    def target(self) -> Point:
-        """Where the orbit has to end."""
-        return self.points[0].turned(self.angle, self.own_turns())
-
-    def target_slopes(self) -> tuple[Array, Array]:
-        """Of the target with the start (18, 18), and with the angle and the bodies' own turns (18, 3)."""
-        target = self.target()
-        whole = rotations.matrices(rotations.turn(2, self.angle))
-        start, turns = np.zeros((18, 18)), np.zeros((18, 3))
-        start[:3, :3] = start[3:6, 3:6] = whole
-        turns[:, 0] = generators(target, (None, None))[:, 0]
-        for k, own in enumerate(rotations.matrices(self.own_turns())):
-            start[TURNS[k], TURNS[k]] = start[SPINS[k], SPINS[k]] = own.T
-            axis = self.axes[k]
-            if axis is not None and axis < 3:
-                way = np.eye(3)[axis]
-                turns[TURNS[k], 1 + k], turns[SPINS[k], 1 + k] = way, -np.cross(way, target.spin[k])
-        return start, turns
-
-
 @named_options
 def periodic_orbit(
     system: System,
     state: State,
     period: Any,
     *,
-    hold: str | Sequence[str] = ("energy", "angular_momentum"),
+    hold: str | Sequence[str] = "angular_momentum",
     segments: int | None = None,
     tolerance: float = 1e-12,
 ) -> PeriodicOrbit:
@@ -221,14 +170,14 @@ def periodic_orbit(
     period : float or Quantity
         About the period.
     hold : str or sequence of str
-        What keeps the value that it has at the start: of ``"period"``, ``"energy"`` and ``"angular_momentum"``. Orbits
-        make families with two parameters; where fewer than two are held, the orbit that is nearest to the start is
-        found.
+        What keeps the value that it has at the start: some of ``"period"``, ``"energy"`` and ``"angular_momentum"``.
+        Orbits make families with two parameters; where fewer than two are held, the orbit that is nearest to the start
+        is found. To hold the energy takes a better start: the little energy that a swing has is quadratic in it.
     segments : int, optional
         Into how many parts the period is divided; unless given, one for each revolution. More of them find orbits that
         are very unstable or long.
     tolerance : float
-        The closure that is asked for; see :attr:`PeriodicOrbit.closure`.
+        What the orbit may miss its start by: the largest ``closure``.
 
     Returns
     -------
@@ -276,33 +225,84 @@ def periodic_orbit(
     held = _held(hold)
     pose, turn = pose_of(pair, state, "state")
     count = _segments(pair, pose, time, segments)
-    shooting, ends = _first(system, pair, Point.of(system._strip(state)), pose, turn, time, count)
+    start = Point.of(system._strip(state))
+    shooting, ends = begun(system, pair, Point(pose, turn @ start.velocity, start.spin), time, count)
     first = shooting.points[0]
     kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
-    best, lost = np.inf, 0
-    for _ in range(_STEPS):
-        matrix, missing = _equations(shooting, ends, held, kept)
-        closure = float(np.abs(missing).max())
-        if closure <= within and closure >= 0.1 * best:
-            break
-        lost = 0 if closure < 0.5 * best else lost + 1
-        best = min(best, closure)
-        if lost > _LOST:
-            break
-        step: Array = np.asarray(np.linalg.lstsq(matrix, -missing, rcond=_UNKNOWN)[0])
-        step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
-        shooting, ends = _stepped(shooting, step, count)
-    if closure > within:
-        raise NotConverged(
-            f"no periodic orbit found: the best that Newton's method came by misses its start by {best:.2g}, of the "
-            f"separation or in radians, the last one after the period "
-            f"{number(system._units.attach(np.float64(shooting.period), 'time'))}; expected a start nearer to one, "
-            f"more segments than {count}, or less to hold"
-        )
-    transition = np.eye(18)
-    for _, part in ends:
-        transition = part @ transition
-    return PeriodicOrbit(shooting, closure, transition)
+    return PeriodicOrbit(*solved(shooting, ends, held, kept, within))
+
+
+@named_options
+def periodic_family(
+    equilibrium: RelativeEquilibrium, mode: int, amplitudes: Any, *, segments: int | None = None
+) -> tuple[PeriodicOrbit, ...]:
+    """The family of periodic orbits that grows out of a mode of a relative equilibrium, at its angular momentum.
+
+    Parameters
+    ----------
+    equilibrium : RelativeEquilibrium
+    mode : int
+        The place of the mode.
+    amplitudes : array_like, (F,)
+        About the amplitudes of the orbits, as in :meth:`Modes.excited`, in an order in which each is near the one
+        before; the first is to be small.
+    segments : int, optional
+        As in :func:`periodic_orbit`.
+
+    Returns
+    -------
+    tuple of PeriodicOrbit
+
+    Raises
+    ------
+    InvalidInput
+    NotConverged
+        Where an orbit is not found; its attribute ``orbits`` has those before.
+
+    Notes
+    -----
+    Each orbit is sought near the one before, its departure from the equilibrium scaled by the ratio of the amplitudes,
+    with the angular momentum of the equilibrium, and changed from that start only across its departure.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, _ = fullbody.systems.kw4()
+    >>> equilibrium = fullbody.analysis.relative_equilibrium(system, separation=5.0)
+    >>> family = fullbody.analysis.periodic_family(equilibrium, 3, [0.1, 0.2])
+    >>> bool(family[0].period < family[1].period)
+    True
+    """
+    if not isinstance(equilibrium, RelativeEquilibrium):
+        raise InvalidInput(f"equilibrium is {equilibrium!r}; expected a RelativeEquilibrium")
+    sizes = numbers(amplitudes, "amplitudes")
+    if sizes.ndim != 1 or len(sizes) == 0 or not np.all(np.isfinite(sizes) & (sizes != 0.0)):
+        raise InvalidInput(f"amplitudes is {amplitudes!r}; expected numbers that are not zero, one or more")
+    system, pair = equilibrium.system, equilibrium._problem.pair
+    if not isinstance(system, System):
+        raise InvalidInput(f"the equilibrium is one of {system!r}; expected a System")
+    centre = Point.of(system._strip(equilibrium.state))
+    modes = equilibrium.modes
+    departure = Point.of(system._strip(modes.excited(mode, sizes[0]))).less(centre)
+    time = float(getattr(modes.period[mode], "value", modes.period[mode]))
+    if not np.isfinite(time):
+        raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
+    momentum = float(equilibrium._rotation.angular_momentum[2])
+    found: list[PeriodicOrbit] = []
+    for before, size in zip((sizes[0], *sizes), sizes, strict=False):
+        start = centre.moved(departure * (size / before))
+        count = _segments(pair, start.pose, time, segments)
+        try:
+            shooting, ends = begun(system, pair, start, time, count)
+            kept = {"angular_momentum": momentum}
+            orbit = PeriodicOrbit(*solved(shooting, ends, tuple(kept), kept, _CLOSED, departure))
+        except FullbodyError as error:
+            error.orbits = tuple(found)  # type: ignore[attr-defined]
+            raise
+        found.append(orbit)
+        departure = orbit._shooting.points[0].less(centre)
+        time = orbit._shooting.period
+    return tuple(found)
 
 
 def _held(hold: str | Sequence[str]) -> tuple[str, ...]:
@@ -311,9 +311,6 @@ def _held(hold: str | Sequence[str]) -> tuple[str, ...]:
         if name not in _HELD:
             raise InvalidInput(f"hold has {name!r}; expected some of {', '.join(_HELD)}")
     return held
-
-
-_Ends = list[tuple[Point, Array]]
 
 
 def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
@@ -325,89 +322,3 @@ def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
     if count is None or count < 1:
         raise InvalidInput(f"segments is {segments!r}; expected a whole number, 1 or more")
     return count
-
-
-def _first(
-    system: System, pair: Pair, start: Point, pose: Pose, turn: Array, time: float, count: int
-) -> tuple[_Shooting, _Ends]:
-    """The start in its pose in axes turned by a matrix, and what its motion is nearest to."""
-    point = Point(pose, turn @ start.velocity, start.spin)
-    axes = (pair.axis(0, pose), pair.axis(1, pose))
-    points, ends = [point], _Ends()
-    for _ in range(count):
-        ends.append(flow(pair, points[-1], time / count))
-        points.append(ends[-1][0])
-    end = points.pop()
-    angle = float(np.arctan2(end.pose.r[1], end.pose.r[0]) - np.arctan2(point.pose.r[1], point.pose.r[0]))
-    shooting = _Shooting(system, pair, points, time, angle, axes, [0, 0], np.zeros(2))
-    whole = point.turned(angle, np.array([_HALF_TURNS[0]] * 2))
-    for k in range(2):
-        axis, back = axes[k], whole.pose.attitude[k]
-        if axis is None and system.bodies[k]._semi_axes(system._units) is not None:
-            misses = [
-                float(np.linalg.norm(rotation_vector(end.pose.attitude[k], rotations.product(back, half))))
-                for half in _HALF_TURNS
-            ]
-            shooting.half[k] = int(np.argmin(misses))
-        elif axis is not None and axis < 3:
-            w, *q = rotations.product(back * [1.0, -1.0, -1.0, -1.0], end.pose.attitude[k])
-            shooting.own[k] = 2 * np.arctan2(q[axis], w)
-    return shooting, ends
-
-
-def _equations(shooting: _Shooting, ends: _Ends, held: tuple[str, ...], kept: dict[str, float]) -> tuple[Array, Array]:
-    """The linear equations of a step (18 K + H, 18 K + 4), and what is missing (18 K + H,), in units of departures.
-
-    Unknown are the departures of all points, the logarithm of the period, the angle, and the bodies' own turns.
-    """
-    pair, count, units = shooting.pair, len(ends), shooting.units()
-    matrix = np.zeros((18 * count + len(held), 18 * count + 4))
-    missing = np.zeros(len(matrix))
-    start, turns = shooting.target_slopes()
-    for k, (end, transition) in enumerate(ends):
-        rows = slice(18 * k, 18 * k + 18)
-        last = k == count - 1
-        target = shooting.target() if last else shooting.points[k + 1]
-        missing[rows] = end.less(target) / units
-        matrix[rows, rows] += transition * units / units[:, np.newaxis]
-        following = slice(0, 18) if last else slice(18 * k + 18, 18 * k + 36)
-        matrix[rows, following] -= (start if last else np.eye(18)) * units / units[:, np.newaxis]
-        matrix[rows, 18 * count] = end.rates(pair) * shooting.period / count / units
-        if last:
-            matrix[rows, 18 * count + 1 :] = -turns / units[:, np.newaxis]
-    for k, axis in enumerate(shooting.axes):
-        if axis == 3:
-            for part in range(count):
-                for rows in (TURNS[k], SPINS[k]):
-                    place = slice(18 * part + rows.start, 18 * part + rows.stop)
-                    matrix[place], missing[place] = 0.0, 0.0
-                    matrix[:, place] = 0.0
-    point = shooting.points[0]
-    for row, name in enumerate(held, start=18 * count):
-        if name == "period":
-            matrix[row, 18 * count] = 1.0
-            missing[row] = np.log(shooting.period / kept[name])
-            continue
-        slope = point.energy_row(pair) if name == "energy" else momentum_rows(pair, point)[2]
-        value = point.energy(pair) if name == "energy" else float(point.angular_momentum(pair)[2])
-        unit = float(np.abs(slope * units).max())
-        matrix[row, :18] = slope * units / unit
-        missing[row] = (value - kept[name]) / unit
-    return matrix, missing
-
-
-def _stepped(shooting: _Shooting, step: Array, count: int) -> tuple[_Shooting, _Ends]:
-    """The orbit after a step, of which less is taken where the bodies would overlap."""
-    units = shooting.units()
-    for _ in range(6):
-        points = [p.moved(step[18 * k : 18 * k + 18] * units) for k, p in enumerate(shooting.points)]
-        period = shooting.period * float(np.exp(step[18 * count]))
-        angle = shooting.angle + float(step[18 * count + 1])
-        own = shooting.own + step[18 * count + 2 :]
-        new = _Shooting(shooting.system, shooting.pair, points, period, angle, shooting.axes, list(shooting.half), own)
-        try:
-            return new, [flow(shooting.pair, point, period / count) for point in points]
-        except BodiesOverlap as error:
-            overlap = error
-            step = step / 2
-    raise overlap

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..base.arguments import integer, named_options
 from ..base.tables import Table, Tabled
-from ..base.values import ArrayFields
+from ..base.values import ArrayFields, block
 from ..ensembles.many import integrate_many
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event, Occurrence
@@ -160,6 +160,9 @@ class Frequencies(ArrayFields):
 
     frequency: Floats
     amplitude: Floats
+
+    def __repr__(self) -> str:
+        return block("Frequencies(", frequency=self.frequency, amplitude=self.amplitude)
 
 
 @named_options

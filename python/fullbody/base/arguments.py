@@ -89,6 +89,14 @@ def sequence(given: Any, kind: type[_T], what: str, expected: str, each: str) ->
     return found
 
 
+def names_of(given: Any, what: str) -> list[str]:
+    """A list of names, or an error that says what is none."""
+    expected = "a list of names such as ['G', 'mass of Alpha']"
+    if isinstance(given, str):
+        raise InvalidInput(f"{what} is {given!r}, which is text; expected {expected}")
+    return list(sequence(given, str, what, expected, "names"))
+
+
 def name_of(value: object) -> str | None:
     """A body's name: text that files and pictures can hold, or none."""
     if value is not None and not isinstance(value, str):

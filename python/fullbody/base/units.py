@@ -38,6 +38,8 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "gravity gradient": (0, -2, 0, 0),
     "angular acceleration": (0, -2, 0, 1),
     "pressure": (-1, -2, 1, 0),
+    "rate": (0, -1, 0, 0),
+    "force gradient": (0, -2, 1, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
     "area to mass": (2, 0, -1, 0),

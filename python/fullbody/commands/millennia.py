@@ -92,7 +92,9 @@ def run(arguments: argparse.Namespace) -> int:
     print(to_text(table))
     with replacing(out / "energy.png") as path:
         _figure(found).savefig(path, dpi=150)
-    write_numbers(out / "numbers.json", {"shape": arguments.shape, "step": step, **dict(table.rows)})
+    write_numbers(
+        out / "numbers.json", {"shape": arguments.shape, "step": step, **{name: text for name, text in table.rows}}
+    )
     print(f"\nSamples, numbers.json and energy.png are in {out}/")
     return 0
 

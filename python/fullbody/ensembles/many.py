@@ -13,7 +13,7 @@ from ..errors import BodiesOverlap, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..model.state import State
 from ..motion.doubts import of_start
-from ..motion.options import Tally, check_for_all, watched
+from ..motion.options import Tally, check_for_all, differentiated, watched
 from ..motion.simulation import Run, System
 from ..motion.task import Task, beginning
 from ..record.integrators import Integrator
@@ -36,6 +36,8 @@ def integrate_many(
     dense: bool = False,
     progress: Any = False,
     threads: int | None = None,
+    derivatives: bool | Iterable[str] = False,
+    chaos: bool = False,
 ) -> list[Answer]:
     """Run many systems, each from its state to a time, on all cores.
 
@@ -62,6 +64,9 @@ def integrate_many(
         members.
     threads : int, optional
         As many as the process may run at once unless given.
+    derivatives : bool or sequence of str
+    chaos : bool
+        As in :meth:`fullbody.System.integrate`.
 
     Returns
     -------
@@ -100,7 +105,7 @@ def integrate_many(
     True
     """
     threads = None if threads is None else thread_count(threads)
-    many = _Many(members, until, output, integrator, watched(events), dense)
+    many = _Many(members, until, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
     try:
         with Tally(progress, many.total) as report:
             counted = report and (lambda done, under_way: report(done + many.refused, under_way))
@@ -132,7 +137,15 @@ class _Many:
     """The members on their way to their answers."""
 
     def __init__(
-        self, members: Any, until: Any, output: Any, integrator: Any, events: list[Event], dense: bool
+        self,
+        members: Any,
+        until: Any,
+        output: Any,
+        integrator: Any,
+        events: list[Event],
+        dense: bool,
+        derivatives: list[str] | None,
+        chaos: bool,
     ) -> None:
         each = [value for value in (until, integrator) if _is_sequence(value)]
         try:
@@ -151,6 +164,7 @@ class _Many:
         check_for_all(None if _is_sequence(integrator) else integrator, output, until)
         self._until, self._integrator = until, integrator
         self._output, self._events, self._dense = output, events, dense
+        self._following = (False if derivatives is None else derivatives or True, chaos)
         self.answers: list[Any] = []
         #: How many were no members at all.
         self.refused = 0
@@ -177,9 +191,10 @@ class _Many:
             raise InvalidInput(f"member {index} is {member!r}; expected (system, state)")
         system, state = member
         start, integrator, described = beginning(system, state, integrator)
-        task = Task(system, integrator, start.time, until, self._output, self._events, self._dense)
+        task = Task(system, integrator, start.time, until, self._output, self._events, self._dense, *self._following)
         tag = (index, task, system, start, integrator)
-        return tag, system._core, start, described, task.until, task.output, task.conditions, task.dense
+        options = (task.until, task.output, task.conditions, task.dense, task.following)
+        return (tag, system._core, start, described, *options)
 
     def take(self, tag: Any, record: Any, counts: Any, time: Any, error: BaseException | None) -> None:
         """Keep what became of a member."""

@@ -16,7 +16,7 @@ from ..base.units import need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput
 from ..events import Event
-from ..motion.options import check_for_all, watched
+from ..motion.options import check_for_all, differentiated, watched
 from ..record.integrators import Integrator, Verner98
 from .many import thread_count
 from .parameters import RNG, Plan, chunks, columns_of, plan
@@ -42,6 +42,8 @@ def sweep(
     integrator: Integrator | None = None,
     events: Iterable[Event] = (),
     dense: bool = False,
+    derivatives: bool | Iterable[str] = False,
+    chaos: bool = False,
     executor: Any = None,
     threads: int | None = None,
     store: Any = None,
@@ -67,7 +69,7 @@ def sweep(
     measure : callable
         ``measure(run) -> dict`` of numbers, arrays of numbers of the same shape in all rows, or texts, each under the
         name of its variable. Numbers may be Quantities. What a row leaves out, or gives as ``None``, is nan there.
-    output, integrator, events, dense
+    output, integrator, events, dense, derivatives, chaos
         As for :func:`fullbody.integrate_many`, for all runs; by default a run has its start and its end.
     executor : optional
         Anything with the interface of ``concurrent.futures``: ``ProcessPoolExecutor()``, ``client.get_executor()`` of
@@ -158,7 +160,22 @@ def sweep(
         raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
     # An error comes before all work.
     check_for_all(integrator, output, None if isinstance(until, str) and until in rows.columns else until)
-    job = Job(setup, measure, until, output, integrator, tuple(watched(events)), bool(dense), width, seed, rng)
+    names = differentiated(derivatives)
+    wanted = False if names is None else tuple(names) or True
+    job = Job(
+        setup,
+        measure,
+        until,
+        output,
+        integrator,
+        tuple(watched(events)),
+        bool(dense),
+        wanted,
+        bool(chaos),
+        width,
+        seed,
+        rng,
+    )
     outcomes: dict[int, Outcome] = {}
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
     with ExitStack() as stack:
@@ -243,6 +260,8 @@ def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
         "integrator": identity.digest(Verner98() if job.integrator is None else job.integrator),
         "events": identity.digest(job.events),
         "dense": repr(job.dense),
+        **({"derivatives": repr(job.derivatives)} if job.derivatives else {}),
+        **({"chaos": "True"} if job.chaos else {}),
     }
     told |= {f"parameter {name}": identity.digest(column) for name, column in columns_of(rows).items()}
     for name, thing in (("setup", job.setup), ("measure", job.measure), ("until", job.until)):

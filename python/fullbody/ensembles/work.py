@@ -72,6 +72,8 @@ class Job:
     integrator: Integrator | None
     events: tuple[Event, ...]
     dense: bool
+    derivatives: bool | tuple[str, ...]
+    chaos: bool
     threads: int | None
     seed: Any
     with_rng: bool
@@ -107,6 +109,8 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], 
             job.dense,
             progress=False if report is None else lambda done, *_: report(done),
             threads=job.threads,
+            derivatives=job.derivatives,
+            chaos=job.chaos,
         )
     except KeyboardInterrupt as interrupt:
         runs = getattr(interrupt, "runs", [])

@@ -87,8 +87,8 @@ def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
 
 def _grid() -> list[_Numbers]:
     """Places about both bodies, in separations."""
-    angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    return [r * np.array([np.cos(a), np.sin(a), 0.0]) for r in (0.3, 0.6, 0.9, 1.2) for a in angles]
+    angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    return [r * np.array([np.cos(a), np.sin(a), 0.0]) for r in (0.4, 0.7, 1.1) for a in angles]
 
 
 def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:

@@ -27,7 +27,7 @@ class Frame:
     def __init__(self, system: BaseSystem, state: State) -> None:
         if len(system) != 2:
             raise InvalidInput(f"system has {len(system)} bodies; expected 2")
-        self.system, self._units = system, system._units
+        self.system, self._state, self._units = system, state, system._units
         core, masses = system._strip(state), system._masses
         self._masses = masses
         self.primary = int(masses[1] > masses[0])
@@ -46,29 +46,31 @@ class Frame:
         self._poses, self._attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
         self._centres = (core.position - self._origin) @ self._turn
         self._bodies = system._core_bodies()
-        self._check_rest(state, core)
+        self._check_rest(core)
 
-    def _check_rest(self, state: State, core: Any) -> None:
-        force = self._units.strip(self.system.interactions(state).force, "force", "force")
+    def _check_rest(self, core: Any) -> None:
+        """Warn of a pair that is not at rest in the frame."""
+        force = self._units.strip(self.system.interactions(self._state).force, "force", "force")
         needed = -self._masses[:, None] * self._rate**2 * (self._centres * [1.0, 1.0, 0.0]) @ self._turn.T
         off = float(np.abs(force - needed).max() / np.abs(needed).max())
         way = core.velocity[1] - core.velocity[0]
-        radial = abs(way @ self._turn[:, 0]) / float(np.linalg.norm(way))
+        radial = float(abs(way @ self._turn[:, 0]) / np.linalg.norm(way))
+        doubts = []
         if max(off, radial) > _STEADY:
-            caution(
-                "the pair is not on a circular orbit: the pull on its bodies is off by "
-                f"{off:.2g} of what keeps them at rest in the rotating frame, and they approach or recede at "
-                f"{radial:.2g} of their speed; the frame is that of the moment"
+            doubts.append(
+                f"the bodies are not on a circular orbit (their pull is off by {off:.2g} of what keeps them at rest in "
+                f"the rotating frame, and they approach or recede at {radial:.2g} of their speed)"
             )
         for body, turn, spin, name in zip(
             self._bodies, core.rotation_matrix, core.spin, self.system.names, strict=True
         ):
             inertia = turn @ np.diag(body.inertia) @ turn.T
-            rest = turn @ spin - self._rate * self._turn[:, 2]
-            cross = np.cross(np.eye(3), rest)
+            cross = np.cross(np.eye(3), turn @ spin - self._rate * self._turn[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self._rate * float(np.abs(inertia).max()):
-                caution(f"{name} turns in the rotating frame, and its figure with it; the field is that of the moment")
+                doubts.append(f"{name} turns in the rotating frame, and its figure with it")
+        if doubts:
+            caution(f"{'; '.join(doubts)}: the rotating frame and the field in it are those of the moment")
 
     @property
     def rate(self) -> Scalar:

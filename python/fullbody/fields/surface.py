@@ -95,7 +95,7 @@ def surface(system: BaseSystem, state: State, body: int | str = 0, *, rows: int 
 
     Notes
     -----
-    The geopotential and slope of Scheeres (2016), "Orbital Motion in Strongly Perturbed Environments", with the tide.
+    The geopotential and slope of Scheeres (2012), "Orbital Motion in Strongly Perturbed Environments", with the tide.
 
     Examples
     --------

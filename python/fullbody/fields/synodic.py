@@ -79,7 +79,7 @@ class Synodic(Frame):
         Parameters
         ----------
         extent : float or Quantity, optional
-            Half the side of the square about the barycentre; 1.6 separations unless given.
+            Half the side of the square about the barycentre; 1.618 separations unless given.
         count : int
             Points along a side.
 
@@ -89,7 +89,11 @@ class Synodic(Frame):
         jacobi : ndarray or Quantity, (count, count)
             Rows along y.
         """
-        half = 1.6 * self._distance if extent is None else self._units.number(extent, "length", "extent")
+        half = (
+            0.5 * (1.0 + np.sqrt(5.0)) * self._distance
+            if extent is None
+            else self._units.number(extent, "length", "extent")
+        )
         ticks = np.linspace(-half, half, count)
         x, y = np.meshgrid(ticks, ticks)
         found = self._jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))

@@ -59,12 +59,15 @@ _OF_FORCES: dict[str, tuple[tuple[str, ...], str, str]] = {
 _DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
     "transition": (("departure", "start_departure"), "transition matrices from the start of the run"),
     "sensitivity": (("parameter", "departure"), "derivatives by parameters of the system"),
+    "chaos": (("indicator",), "mean of MEGNO, Lyapunov exponent, fast Lyapunov indicator, since the start of the run"),
 }
 _COORDINATES = {
     "axis": ["x", "y", "z"],
     "quaternion": ["w", "x", "y", "z"],
     "part": ["total", "translational", "rotational", "potential"],
 }
+#: The same in runs whose chaos was measured.
+_INDICATORS = ["megno", "lyapunov", "fast_lyapunov"]
 #: Conserved quantities at the start: places in the eight numbers (see :mod:`fullbody.record.conserved`), dimensions,
 #: dimension of the unit.
 _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
@@ -117,6 +120,8 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         coordinates |= {name: (name, labels) for name in ("departure", "start_departure")}
         if run._parameters:
             coordinates["parameter"] = ("parameter", list(run._parameters))
+    if "chaos" in run._record:
+        coordinates["indicator"] = ("indicator", _INDICATORS)
     for name, (dims, text) in _DERIVATIVES.items():
         if name in run._record:
             variables[name] = (("time", *dims), run._record[name], attributes(None, text))
@@ -142,7 +147,7 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
 
 def _needed(run: BaseRun) -> int:
     """The first format that holds a run."""
-    if "transition" in run._record:
+    if run._record.keys() & _DERIVATIVES:
         return 5
     if any(isinstance(body.shape, Composite | Polyhedron) for body in run.system.bodies):
         return 4
@@ -270,7 +275,8 @@ def _format(stored: Stored) -> int:
     """The format of a file; one that is not known is refused."""
     found = stored.attribute("fullbody_format")
     if found is None:
-        raise InvalidInput("it has no attribute fullbody_format")
+        flight = stored.attribute("fullbody_flight") is not None
+        raise InvalidInput("it is a flight (fullbody.load_flight)" if flight else "it has no attribute fullbody_format")
     written = integer(found)
     if written is None or written < 1:
         raise InvalidInput(f"attribute fullbody_format is {found!r}; expected a whole number above zero")
@@ -310,9 +316,11 @@ def _run(stored: Stored, system_type: type[BaseSystem], run_type: type[_Run]) ->
         parameters = _parsed(stored, _PARAMETERS, None, _names)
         sizes["departure"] = sizes["start_departure"] = 12 * len(system)
         sizes["parameter"] = len(parameters)
-        for name, (of, _) in _DERIVATIVES.items():
-            if name == "transition" or parameters:
-                record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", *of)})
+    sizes["indicator"] = len(_INDICATORS)
+    kept = {"transition": parameters is not None, "sensitivity": bool(parameters), "chaos": "chaos" in stored}
+    for name, (of, _) in _DERIVATIVES.items():
+        if kept[name]:
+            record[name] = stored.numbers(name, {dim: sizes[dim] for dim in ("time", *of)})
     check_order(record["time"], "time", repeated=False)
     check_unit(record["attitude"], "attitude")
     run = run_type(system, record, counts, integrator)

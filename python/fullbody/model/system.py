@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, Self
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import integer, place, sequence, suggestion
+from ..base.arguments import integer, names_of, place, sequence, suggestion
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
@@ -21,6 +21,7 @@ from .composite import Composite, warn_of_cancelling
 from .force import Force, Ground, forces_of, rebuilt
 from .gravity import Gravity, gravity_at, points_in
 from .interactions import Energy, Interactions, Loads
+from .jacobian import Jacobian
 from .state import State
 
 __all__ = ["BaseSystem"]
@@ -51,7 +52,7 @@ class BaseSystem(Tabled):
     attitude_chart : {"quaternion", "tait_bryan"}
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
-    vector_path : {"auto", "portable", "avx2", "avx512", "neon"}
+    vector_path : {"auto", "portable", "avx2", "avx512", "neon", "simd128"}
         Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
         every machine.
     epoch : astropy Time or str, optional
@@ -87,7 +88,7 @@ class BaseSystem(Tabled):
         order: tuple[int, int] | None = None,
         units: tuple[object, object, object] | bool | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
-        vector_path: Literal["auto", "portable", "avx2", "avx512", "neon"] = "auto",
+        vector_path: Literal["auto", "portable", "avx2", "avx512", "neon", "simd128"] = "auto",
         epoch: Any = None,
         frame: str | None = None,
         forces: Sequence[Force] = (),
@@ -427,6 +428,61 @@ class BaseSystem(Tabled):
     def _core_bodies(self) -> list[_core.Body]:
         """The bodies in the system's units."""
         return [body._core(self._units, index) for index, body in enumerate(self._bodies)]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the numbers that motions can be differentiated by: ``"G"``, ``"mass of Alpha"`` and so on.
+
+        ``"mass of"`` and ``"density of"`` are at a body's shape, ``"semi-axis a of"`` at its mass; ``"mu of"`` a third
+        body at its path.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.systems.kw4()[0].parameters[:4]
+        ('G', 'mass of Alpha', 'density of Alpha', 'semi-axis a of Alpha')
+        """
+        return tuple(self._core.parameters)
+
+    def jacobian(self, state: State, parameters: Iterable[str] = ()) -> Jacobian:
+        """Derivatives of forces, torques and rates of change at a state, exact to round-off.
+
+        Parameters
+        ----------
+        state : State
+        parameters : iterable of str
+            Names from :attr:`parameters`.
+
+        Returns
+        -------
+        Jacobian
+
+        Examples
+        --------
+        >>> import fullbody, numpy as np
+        >>> system, state = fullbody.systems.kw4()
+        >>> jacobian = system.jacobian(state)
+        >>> jacobian.rates.shape
+        (24, 24)
+        >>> bool(np.allclose(jacobian.force_by_position.sum(axis=2), 0.0))
+        True
+        """
+        core = self._strip(state)
+        names = names_of(parameters, "parameters")
+        with self._explaining(lambda: core):
+            loads, rates, forcing, flow = self._core.jacobian(core, names)
+        n = len(self)
+        blocks = loads.reshape(n, 2, 3, n, 2, 3)
+        attach = self._units.attach
+        return Jacobian(
+            attach(np.ascontiguousarray(blocks[:, 0, :, :, 0]), "force gradient"),
+            attach(np.ascontiguousarray(blocks[:, 0, :, :, 1]), "force"),
+            attach(np.ascontiguousarray(blocks[:, 1, :, :, 0]), "force"),
+            attach(np.ascontiguousarray(blocks[:, 1, :, :, 1]), "torque"),
+            flow,
+            rates,
+            dict(zip(names, forcing, strict=True)),
+        )
 
     def energy(self, state: State) -> Energy:
         """Energy of a state in its parts.

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import sequence
+from ..base.arguments import names_of, sequence
 from ..base.atomic import as_path
 from ..base.units import Units, from_text
 from ..errors import InvalidInput
@@ -66,10 +66,7 @@ def differentiated(derivatives: Any) -> list[str] | None:
     """The parameters that a run is differentiated by, or ``None`` where it is not differentiated at all."""
     if isinstance(derivatives, bool):
         return [] if derivatives else None
-    expected = "True, False, or a list of names such as ['G', 'mass of Alpha']"
-    if isinstance(derivatives, str):
-        raise InvalidInput(f"derivatives is {derivatives!r}, which is text; expected {expected}")
-    return list(sequence(derivatives, str, "derivatives", expected, "names"))
+    return names_of(derivatives, "derivatives")
 
 
 class Bar:

@@ -7,7 +7,7 @@ import copy
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -21,11 +21,6 @@ from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
 from ..model.state import State
 from ..model.system import BaseSystem
-from ..particles.events import ParticleEvent
-from ..particles.flight import Flight
-from ..particles.given import Particles
-from ..particles.pushing import Pushing
-from ..particles.rules import Bounce, Escape, Radiation
 from ..record import conserved
 from ..record.base import BaseRun
 from ..record.dense import Dense
@@ -36,6 +31,12 @@ from .doubts import of_start
 from .options import Bar, autosaving, sampling
 from .run import RunVerbs
 from .task import Task, beginning
+
+if TYPE_CHECKING:
+    from ..particles.events import ParticleEvent
+    from ..particles.flight import Flight
+    from ..particles.given import Particles
+    from ..particles.rules import Bounce, Escape, Radiation
 
 __all__ = ["Run", "Simulation", "System"]
 
@@ -219,6 +220,7 @@ class Simulation:
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
         derivatives: bool | Iterable[str] = False,
+        chaos: bool = False,
     ) -> Run:
         """Move to a time and record; see :meth:`fullbody.System.integrate`.
 
@@ -233,13 +235,14 @@ class Simulation:
             Writes the simulation to a file when the run begins, every so many seconds, and when it ends, whatever ends
             it; :meth:`load` goes on from it. A file that cannot be written ends the run with an OSError.
         derivatives : bool or sequence of str
+        chaos : bool
             Derivatives are those by the state at which this call begins; files of the simulation hold none of them.
 
         Returns
         -------
         Run
         """
-        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives)
+        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives, chaos)
         keep = None
         if autosave is not None:
             path, seconds = autosaving(autosave)
@@ -249,7 +252,7 @@ class Simulation:
         before = self._core.statistics
         with Bar(progress) as report, self._run() as core:
             record, error = core.integrate(
-                task.until, task.output, task.conditions, task.dense, report, keep, task.derivatives
+                task.until, task.output, task.conditions, task.dense, report, keep, task.following
             )
         counts = (now - then for now, then in zip(self._core.statistics, before, strict=True))
         run = task.run(Run, record, counts)
@@ -375,6 +378,7 @@ class System(BaseSystem):  # noqa: D101
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
         derivatives: bool | Iterable[str] = False,
+        chaos: bool = False,
     ) -> Run:
         """Run from a state to a time.
 
@@ -400,8 +404,11 @@ class System(BaseSystem):  # noqa: D101
             :meth:`fullbody.Simulation.load` goes on from it.
         derivatives : bool or sequence of str
             Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
-            differentiated beside that, for ``run.sensitivity``: ``"G"``, ``"mass of Alpha"``, ``"density of Alpha"``
-            (both at its shape). The motion has the same bits as without.
+            differentiated beside that, for ``run.sensitivity``, of ``system.parameters``. The motion has the same bits
+            as without.
+        chaos : bool
+            Whether the growth of a departure is measured, for ``run.megno``, ``run.lyapunov`` and
+            ``run.fast_lyapunov``.
 
         Returns
         -------
@@ -436,6 +443,7 @@ class System(BaseSystem):  # noqa: D101
             progress=progress,
             autosave=autosave,
             derivatives=derivatives,
+            chaos=chaos,
         )
 
     def fly(
@@ -456,8 +464,8 @@ class System(BaseSystem):  # noqa: D101
     ) -> Flight:
         """Fly massless particles among the bodies, from a state to a time.
 
-        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution, which
-        takes 2.3 kB a step for two bodies: to fly several times along the same motion, keep it as a run with
+        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution,
+        which takes 2.3 kB a step for two bodies. To fly several times along the same motion, keep it as a run with
         ``dense=True`` and take :meth:`fullbody.Run.fly`, where the other parameters are described.
 
         Parameters
@@ -495,6 +503,8 @@ class System(BaseSystem):  # noqa: D101
         >>> system.fly(state, up, 24.0).fate.tolist()
         ['impact']
         """
+        from ..particles.pushing import Pushing
+
         options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
         options |= {"radiation": radiation, "events": events, "threads": threads}
         pushing, samples = Pushing(self, particles, **options), sampling(output, self._units)
@@ -581,6 +591,8 @@ class Run(RunVerbs):  # noqa: D101
         >>> flight.position.shape
         (2, 1, 3)
         """
+        from ..particles.pushing import Pushing
+
         options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
         options |= {"radiation": radiation, "events": events, "threads": threads}
         pushing, samples = Pushing(self.system, particles, **options), sampling(output, self.system._units)

@@ -51,6 +51,7 @@ class Task:
         events: Iterable[Event],
         dense: bool,
         derivatives: bool | Iterable[str] = False,
+        chaos: bool = False,
     ) -> None:
         self._system, self._integrator = system, integrator
         self.until = scalar(system._units.strip(until, "time", "until"), "until")
@@ -61,6 +62,8 @@ class Task:
         self.events = watched(events)
         self.conditions = [event._watched(system) for event in self.events]
         self.dense = bool(dense)
+        #: What is followed beside the run, as the core takes it.
+        self.following = (self.derivatives, bool(chaos))
 
     def _refuse_flood(self, count: float, output: Any) -> None:
         """Refuse more samples than a computer holds, rather than have the system end the process."""

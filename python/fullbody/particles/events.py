@@ -34,6 +34,10 @@ class ParticleEvent(ScalarFields):
         if integer(self.direction) not in (-1, 0, 1):
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
 
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        """The event for files."""
+        return {"kind": type(self).__name__, "direction": integer(self.direction)}
+
     def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
         """What the core takes."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
@@ -60,6 +64,9 @@ class Shadow(ParticleEvent):
         if isinstance(self.visible, bool) or not isinstance(self.visible, int | float) or not 0.0 < self.visible < 1.0:
             raise InvalidInput(f"visible is {self.visible!r}; expected a number above 0 and below 1")
 
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        return {**super()._describe(system), "visible": self.visible}
+
     def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
         return ("shadow", float(self.visible), integer(self.direction))
 
@@ -77,6 +84,9 @@ class Periapsis(ParticleEvent):
 
     body: int | str = 0
     direction: int = field(default=1, kw_only=True)
+
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        return {**super()._describe(system), "body": place(self.body, system.names, "body of Periapsis")}
 
     def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
         return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
@@ -102,6 +112,27 @@ class Function(ParticleEvent):
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of time, position and velocity")
 
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        return {**super()._describe(system), "name": getattr(self.f, "__name__", "function")}
+
     def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
         call: Any = self.f
         return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
+
+
+def rebuilt(described: dict[str, Any]) -> ParticleEvent:
+    """The event of a description; a function, which files cannot keep, raises when it is called."""
+    options = dict(described)
+    kind = options.pop("kind")
+    if kind == "Function":
+        name = options.pop("name")
+
+        def missing(*_: Any) -> float:
+            raise InvalidInput(f"the function {name} is not in the file")
+
+        missing.__name__ = str(name)
+        return Function(missing, **options)
+    if kind not in ("Shadow", "Periapsis"):
+        raise InvalidInput(f"event is {kind!r}; expected one of Function, Periapsis, Shadow")
+    event: ParticleEvent = {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)
+    return event

@@ -14,14 +14,14 @@ from ..base.tables import Table, Tabled, number
 from ..base.values import ScalarFields
 from ..typing import Array, Scalar
 from .events import ParticleEvent
+from .rules import FATES
 
 if TYPE_CHECKING:
+    import xarray
+
     from ..model.system import BaseSystem
 
-__all__ = ["FATES", "Flight", "Happened"]
-
-#: In the order of the core's numbers.
-FATES = ("flying", "impact", "escape", "rest", "lost")
+__all__ = ["Flight", "Happened"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,10 +200,46 @@ class Flight(Tabled):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Flight):
             return NotImplemented
-        alike = all(np.array_equal(self._record[n], other._record[n], equal_nan=n != "fate") for n in self._record)
-        return alike and self.system == other.system and len(self.watched) == len(other.watched)
+        alike = all(np.array_equal(self._record[name], other._record[name], equal_nan=True) for name in self._record)
+        described = [[event._describe(f.system) for event in f.watched] for f in (self, other)]
+        return alike and self.system == other.system and described[0] == described[1]
 
     __hash__ = None  # type: ignore[assignment]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The flight as an ``xarray.Dataset``, with units and the system in its attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimensions ``time``, ``particle``, ``axis`` and ``event``; ``fate`` counts into its attribute
+            ``flag_meanings``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> flight = system.fly(state, fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]]), 2.0, output=1.0)
+        >>> dict(flight.to_xarray().sizes)
+        {'time': 3, 'particle': 1, 'axis': 3, 'event': 0}
+        """
+        from .files import to_xarray
+
+        return to_xarray(self)
+
+    def save(self, path: Any) -> None:
+        """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load_flight`.
+
+        As a run's, the file has a checksum of the whole. Functions that were watched for are kept by their names.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in ``.nc`` or ``.nc4``.
+        """
+        from .files import save
+
+        save(self, path)
 
     def _tables(self) -> tuple[Table, ...]:
         """Span and fates of a flight."""

@@ -40,7 +40,7 @@ class Particles:
     --------
     >>> import fullbody
     >>> system, state = fullbody.systems.kw4()
-    >>> particles = fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]])
+    >>> particles = fullbody.Particles([[4.0, 0.0, 0.0]], [[0.0, 0.0, 0.7]])
     >>> flight = system.fly(state, particles, 10.0, output=5.0)
     >>> flight.position.shape, flight.fate.tolist()
     ((3, 1, 3), ['flying'])

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from ..model.state import State
     from ..model.system import BaseSystem
 
-__all__ = ["Bounce", "Escape", "Radiation"]
+__all__ = ["FATES", "Bounce", "Escape", "Radiation"]
+
+#: What may become of a particle, in the order of the core's numbers.
+FATES = ("flying", "impact", "escape", "rest", "lost")
 
 
 def _coefficient(value: Any, what: str) -> float:
@@ -32,10 +35,10 @@ def _coefficient(value: Any, what: str) -> float:
 class Bounce(ScalarFields):
     """Particles bounce off surfaces.
 
-    The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by ``tangential``. A
-    particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest, unless it is pushed
-    outwards: sliding is not modelled. At rest it moves with the surface, and it lifts off when the acceleration relative
-    to the surface points outwards.
+    The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by
+    ``tangential``. A particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest,
+    unless it is pushed outwards: sliding is not modelled. At rest it moves with the surface, and it lifts off when the
+    acceleration relative to the surface points outwards.
 
     Parameters
     ----------
@@ -92,8 +95,8 @@ class Radiation(ScalarFields):
     """The radiation of a third body, which pushes particles away from it where the bodies do not hide it.
 
     The acceleration is ``strength * area_to_mass * visible / d**2``, with d the distance from the third body, and the
-    visible part of its disc. Ellipsoids hide it exactly, composites part by part, and a polyhedron as the ellipsoid with
-    its moments of inertia.
+    visible part of its disc. Ellipsoids hide it exactly, composites part by part, and a polyhedron as the ellipsoid
+    with its moments of inertia.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def surface_map(field: SurfaceField, quantity: str = "slope", ax: Any = None, **
     turn = np.array([360.0, 0.0])
     cells = np.concatenate([cells, cells[right] - turn, cells[left] + turn])
     colours = np.concatenate([values, values[right], values[left]])
-    style = {"array": colours, "edgecolors": "face", "linewidths": 0.3, "rasterized": True, **kwargs}
+    style = {"array": colours, "antialiased": False, "rasterized": True, **kwargs}
     drawn = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.85)
     ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
@@ -107,8 +107,7 @@ def surface_scene(field: SurfaceField, quantity: str = "slope", ax: Any = None, 
     values, label = _values(field, quantity)
     ax = _stage(ax)
     cells = _plain(field.cells)
-    style = {"array": values, "edgecolors": "face", "linewidths": 0.2, **kwargs}
-    drawn = ax.add_collection3d(_polygons(cells, **style))
+    drawn = ax.add_collection3d(_polygons(cells, **{"array": values, "linewidths": 0.0, **kwargs}))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.6, pad=0.1)
     _equal(ax, cells, field.point)
     ax.set_title(plain(field.name))
@@ -214,11 +213,11 @@ def _cells(pair: Synodic, place: int, body: Any) -> _Numbers:
 def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:
     """A body as seen along z, or a dot."""
     cells = _cells(pair, place, body)[..., :2]
-    style = {"facecolors": "0.35", "edgecolors": "0.35", "linewidths": 0.3, "zorder": 3}
+    style = {"facecolors": "#56B4E9", "edgecolors": "#56B4E9", "linewidths": 0.3, "zorder": 3}
     if len(cells):
         ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     else:
-        ax.plot(*pair._centres[place][:2], marker=".", color="0.2", zorder=3)
+        ax.plot(*pair._centres[place][:2], marker=".", color="#56B4E9", zorder=3)
 
 
 def _stage(ax: Any) -> Any:

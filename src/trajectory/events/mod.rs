@@ -1,6 +1,7 @@
 //! Events: zeros of functions of the state, found on the continuous solution.
 
 mod condition;
+mod slopes;
 mod watch;
 
 pub use condition::{Condition, StateFunction};

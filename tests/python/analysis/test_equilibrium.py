@@ -88,12 +88,12 @@ def test_epicycles_about_a_spheroid():
     assert np.abs(modes.frequency - (nutation - found.rate)).min() < 1e-8
 
 
-def test_frequencies_are_those_of_runs(pair, locked):
+def test_frequencies_are_those_of_runs(ellipsoids, locked):
     modes = locked.modes
     for mode, coordinate in ((3, 1), (5, None)):
         assert modes.in_plane[mode] == (coordinate is not None), modes.frequency
         period = modes.period[mode]
-        run = pair.integrate(modes.excited(mode, 1e-5), 40 * period, output=period / 16)
+        run = ellipsoids.integrate(modes.excited(mode, 1e-5), 40 * period, output=period / 16)
         angles = fullbody.observables.roll_pitch_yaw(run, body="B", about="A")
         angle = np.asarray(angles)[:, 2 if coordinate else 0]
         found = analysis.frequencies(run, angle, count=1)
@@ -124,7 +124,7 @@ def test_equilibria_stay_still_in_runs():
     assert support.angle_between(relative, relative[0]).max() < 1e-10
 
 
-def test_only_the_pose_counts(pair, locked):
+def test_only_the_pose_counts(ellipsoids, locked):
     # The same equilibrium from a state that is turned and moves on.
     q = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
     R = support.matrix(q)
@@ -136,17 +136,17 @@ def test_only_the_pose_counts(pair, locked):
         state.spin,
     )
     for given in ({"angular_momentum": locked.angular_momentum}, {"rate": locked.rate}, {"separation": 4.0}):
-        found = analysis.relative_equilibrium(pair, start=turned, **given)
+        found = analysis.relative_equilibrium(ellipsoids, start=turned, **given)
         assert found.separation == pytest.approx(4.0, rel=1e-12)
         np.testing.assert_allclose(found.modes.frequency, locked.modes.frequency, rtol=1e-9)
 
 
-def test_curvature_is_that_of_the_energy(pair, locked):
+def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     # With the pose changed along the eigenvector and the momenta chosen best, the energy grows by half the curvature.
     values, ways = locked._rotation.amended_hessian()
     assert len(values) == 8
     J = np.array([0.0, 0.0, locked.angular_momentum])
-    masses, inertia = pair.masses, [body.inertia for body in pair]
+    masses, inertia = ellipsoids.masses, [body.inertia for body in ellipsoids]
 
     def amended(pose):
         state = locked._problem.pair.state(pose)
@@ -155,7 +155,7 @@ def test_curvature_is_that_of_the_energy(pair, locked):
         total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))
         for R, moments in zip(np.asarray(state.rotation_matrix), inertia, strict=True):
             total += R @ np.diag(moments) @ R.T
-        energy = pair.interactions(pair._state(state)).potential_energy
+        energy = ellipsoids.interactions(ellipsoids._state(state)).potential_energy
         return energy + J @ np.linalg.solve(total, J) / 2
 
     unit = masses.prod() / locked.separation

@@ -70,18 +70,18 @@ def test_the_least_energy_goes_from_contact_to_the_orbit(spheres):
     assert found.least.energetically_stable
 
 
-def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(pair):
-    found = analysis.equilibria(pair, 0.75)
+def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
+    found = analysis.equilibria(ellipsoids, 0.75)
     assert not found.missed
     stable = [one for one in found.apart if one.energetically_stable]
     assert len(stable) == 1
     assert found.apart[0] is stable[0]
     # Two separations for each of the 36 alignments, but where the nearer one would overlap.
     assert 36 <= len(found.apart) <= 72
-    same = analysis.relative_equilibrium(pair, angular_momentum=0.75)
+    same = analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75)
     assert same.energy == pytest.approx(stable[0].energy, rel=1e-13)
     # Stationary points of the amended potential: J dOmega has no part in the energy, dE = Omega dJ along a family.
-    less, more = (analysis.relative_equilibrium(pair, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
+    less, more = (analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
     assert (more.energy - less.energy) / (more.angular_momentum - less.angular_momentum) == pytest.approx(
         same.rate, rel=1e-7
     )
@@ -103,6 +103,9 @@ def test_a_branch_may_be_drawn(spheres):
         "fold in angular momentum",
     }
     assert len(far.modes.plot()) == len(far.modes) == 1
+    found = analysis.section(spheres[0], far.state.kick(1, [0, 0.02, 0]), 90.0, fullbody.events.Periapsis(0, 1))
+    drawn = found.plot(lambda state: state.time, lambda state: state.position[1, 0])
+    assert len(drawn.lines[0].get_xdata()) == len(found.crossings[0]) > 1
     with pytest.raises(fullbody.InvalidInput, match="y is 'mass'; expected one of separation"):
         branch.plot(y="mass")
     plt.close("all")

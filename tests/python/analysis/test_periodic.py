@@ -4,14 +4,15 @@ import fullbody
 import numpy as np
 import pytest
 import support
+from scipy.special import ellipk
 
 analysis = fullbody.analysis
 
 
 @pytest.fixture(scope="module")
-def orbit(pair, locked):
+def orbit(ellipsoids, locked):
     """A swing of both bodies out of the plane."""
-    return analysis.periodic_orbit(pair, locked.modes.excited(-1, 0.05), locked.modes.period[-1])
+    return analysis.periodic_orbit(ellipsoids, locked.modes.excited(-1, 0.05), locked.modes.period[-1])
 
 
 def misses(orbit, run):
@@ -24,13 +25,13 @@ def misses(orbit, run):
     return max(np.abs(part).max() for part in found)
 
 
-def test_the_orbit_closes(pair, orbit):
+def test_the_orbit_closes(ellipsoids, orbit):
     assert orbit.closure < 1e-12
     # By other steps than those that found it.
     other = fullbody.Verner87(rtol=1e-14, atol=1e-14)
-    assert misses(orbit, pair.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
+    assert misses(orbit, ellipsoids.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
     # It is not the equilibrium.
-    run = pair.integrate(orbit.state, orbit.period, output=orbit.period / 8)
+    run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 8)
     tilt = np.asarray(fullbody.observables.roll_pitch_yaw(run, body="B", about="A"))[:, :2]
     assert np.abs(tilt).max() > 0.02
     assert misses(orbit, run[: len(run) // 2]) > 1e-3
@@ -52,11 +53,11 @@ def test_multipliers_come_in_reciprocal_pairs(orbit):
 
 
 @pytest.mark.parametrize("mode", [3, 5])
-def test_small_orbits_have_the_multipliers_of_the_modes(pair, locked, mode):
+def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode):
     modes = locked.modes
     errors = []
     for amplitude in (4e-3, 2e-3):
-        found = analysis.periodic_orbit(pair, modes.excited(mode, amplitude), modes.period[mode])
+        found = analysis.periodic_orbit(ellipsoids, modes.excited(mode, amplitude), modes.period[mode])
         errors.append(abs(found.period / modes.period[mode] - 1))
         others = np.delete(modes.frequency, mode)
         expected = np.exp(1j * others * found.period)
@@ -67,24 +68,43 @@ def test_small_orbits_have_the_multipliers_of_the_modes(pair, locked, mode):
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
-def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(pair):
-    near = analysis.relative_equilibrium(pair, separation=1.8)
+def test_the_family_of_a_mode(ellipsoids, locked):
+    family = analysis.periodic_family(locked, 3, np.geomspace(0.05, 0.6, 8))
+    swings = []
+    for orbit in family:
+        assert orbit.closure < 1e-12
+        assert orbit.angular_momentum == pytest.approx(locked.angular_momentum, rel=1e-13)
+        run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 64)
+        swings.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
+    assert swings[-1] > 0.5
+    # A pendulum of twice the angle: T = 4 K(sin A) / (2 pi) times that of small swings, for a light secondary.
+    periods = np.array([orbit.period for orbit in family]) / locked.modes.period[3]
+    pendulum = ellipk(np.sin(swings) ** 2) * 2 / np.pi
+    np.testing.assert_allclose(periods - 1, pendulum - 1, rtol=0.15)
+
+
+def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
+    near = analysis.relative_equilibrium(ellipsoids, separation=1.8)
     modes = near.modes
     growth = modes.growth.max()
     assert growth > 0
     mode = int(np.flatnonzero(~modes.in_plane)[-1])
-    found = analysis.periodic_orbit(pair, modes.excited(mode, 1e-3), modes.period[mode])
+    found = analysis.periodic_orbit(ellipsoids, modes.excited(mode, 1e-3), modes.period[mode])
     assert not found.linearly_stable
     assert abs(found.multipliers[0]) == pytest.approx(np.exp(growth * found.period), rel=1e-4)
     assert abs(found.multipliers[0] * found.multipliers[-1]) == pytest.approx(1.0, rel=1e-9)
 
 
-def test_shooting_may_be_multiple(pair, locked, orbit):
+def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
     modes = locked.modes
-    found = analysis.periodic_orbit(pair, modes.excited(-1, 0.05), modes.period[-1], segments=3)
-    assert found.period == pytest.approx(orbit.period, rel=1e-11)
-    assert found.energy == pytest.approx(orbit.energy, rel=1e-13)
-    held = analysis.periodic_orbit(pair, modes.excited(-1, 0.05), orbit.period, hold="period")
+    both = {"hold": ["energy", "angular_momentum"]}
+    one, found = (
+        analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **both)
+        for count in (1, 3)
+    )
+    assert found.period == pytest.approx(one.period, rel=1e-11)
+    assert found.energy == pytest.approx(one.energy, rel=1e-13)
+    held = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
     assert held.period == pytest.approx(orbit.period, rel=1e-12)
     assert held.closure < 1e-12
 
@@ -109,14 +129,14 @@ def test_a_turning_primary_comes_back_by_half_turns():
     assert np.abs(run[-1].rotation_matrix[0] - turned).max() < 1e-12
 
 
-def test_sections_are_the_events_of_runs(pair, locked):
+def test_sections_are_the_events_of_runs(ellipsoids, locked):
     starts = [locked.modes.excited(3, size) for size in (0.01, 0.02)]
     event = fullbody.events.Periapsis("A", "B")
-    found = analysis.section(pair, starts, 300.0, event)
+    found = analysis.section(ellipsoids, starts, 300.0, event)
     assert repr(found).startswith("Section(2 starts, ")
     distance = found.values(lambda state: np.linalg.norm(state.position[1] - state.position[0]))
     for start, values in zip(starts, distance, strict=True):
-        run = pair.integrate(start, 300.0, events=[event])
+        run = ellipsoids.integrate(start, 300.0, events=[event])
         expected = [np.linalg.norm(one.state.position[1] - one.state.position[0]) for one in run.events]
         assert len(expected) > 2
         np.testing.assert_array_equal(values, expected)
@@ -129,8 +149,8 @@ def test_sections_are_the_events_of_runs(pair, locked):
     assert len(falling.crossings[0]) == 1
 
 
-def test_frequencies_of_a_made_up_signal(pair, locked):
-    run = pair.integrate(locked.state, 200.0, output=0.5)
+def test_frequencies_of_a_made_up_signal(ellipsoids, locked):
+    run = ellipsoids.integrate(locked.state, 200.0, output=0.5)
     time = run.time
     found = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), count=2)
     np.testing.assert_allclose(found.frequency, [0.7, 1.234], rtol=1e-5)

@@ -36,7 +36,7 @@ def test_particles_that_are_none(position, velocity, ratio, says):
 
 
 def test_a_particle_inside_a_body(run):
-    inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + [0.05, 0.0, 0.0]], [[0.0, 0.8, 0.0]] * 2)
+    inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + np.array([0.05, 0.0, 0.0])], [[0.0, 0.8, 0.0]] * 2)
     with pytest.raises(InvalidInput, match="particle 1 is inside Beta"):
         run.fly(inside)
 
@@ -113,3 +113,12 @@ def test_what_a_function_of_a_particle_raises():
     with pytest.raises(LookupError, match="mine") as caught:
         system.fly(state, ONE, 1.0, events=[fullbody.particles.Function(fails)])
     assert len(caught.value.flight) == 1
+
+
+def test_ctrl_c_gives_back_what_there_is(run):
+    def stop(start, time, end):
+        raise KeyboardInterrupt
+
+    with pytest.raises(fullbody.Interrupted) as caught:
+        run.fly(ONE, output="ends", progress=stop)
+    assert caught.value.flight.position.shape == (2, 1, 3)

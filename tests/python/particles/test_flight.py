@@ -53,7 +53,7 @@ def test_frequencies_about_l4(hundred):
     root = np.sqrt(1.0 - 27.0 * mu * (1.0 - mu))
     expected = np.sqrt([(1.0 - root) / 2.0, (1.0 + root) / 2.0])
     point = np.array([0.5 - mu, np.sqrt(0.75), 0.0])
-    x = [*point, [1e-06, 0.0, 0.0], [0.0, 1e-06, 0.0]]
+    x = point + np.array([[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0]])
     v = np.cross([0.0, 0.0, 1.0], x)
     times = np.linspace(0.0, 100.0 * TURN, 4001)
     flight = hundred.fly(fullbody.Particles(x, v), output=times)
@@ -196,4 +196,34 @@ def test_composites_and_polyhedra_pull_particles():
 
     expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(3), 5.0, "ends").position[-1, 2]
     flight = fullbody.System(bodies, G=1.0).fly(state(2), fullbody.Particles(x[2:], v[2:]), 5.0, "ends")
+    assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10
+
+
+def test_instructions_and_charts_change_round_off_alone():
+    system, state, x, v = cloud(40)
+    particles = fullbody.Particles(x, v)
+    expected = system.fly(state, particles, 6.0, "ends")
+    others = [{"vector_path": path} for path in fullbody.vector_paths()] + [{"attitude_chart": "tait_bryan"}]
+    for options in others:
+        found = system.with_options(**options).fly(state, particles, 6.0, "ends")
+        assert found.fate.tolist() == expected.fate.tolist()
+        np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-9)
+
+
+def test_among_many_bodies():
+    angles = np.arange(5) * TURN / 5.0
+    x = np.stack([10.0 * np.cos(angles), 10.0 * np.sin(angles), 0.3 * angles], axis=1)
+    v = np.cross([0.0, 0.0, 0.04], x)
+    axes = [fullbody.Ellipsoid(1.0 + 0.1 * k, 0.9, 0.5 + 0.1 * k) for k in range(5)]
+    bodies = [fullbody.Body(shape, mass=0.5 + 0.2 * k, name=f"B{k}") for k, shape in enumerate(axes)]
+    probe, speed = np.array([3.0, 2.0, 1.0]), np.array([0.1, 0.0, 0.2])
+    tiny = fullbody.Body(fullbody.PointMass(), mass=1e-13, name="P")
+
+    def state(count):
+        still = [[1.0, 0.0, 0.0, 0.0]] * count
+        spin = [[0.1, 0.2, 0.3]] * 5 + [[0.0, 0.0, 0.0]]
+        return fullbody.State([*x, probe][:count], [*v, speed][:count], still, spin[:count])
+
+    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(6), 10.0, "ends").position[-1, 5]
+    flight = fullbody.System(bodies, G=1.0).fly(state(5), fullbody.Particles([probe], [speed]), 10.0, "ends")
     assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10

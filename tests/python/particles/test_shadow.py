@@ -92,7 +92,7 @@ def test_two_parts_hide_no_more_than_they_cover_together():
     both = light.visible(system, state, x)
     assert both[1] == 0.0
     single, still, _ = lit(fullbody.Sphere(1.0))
-    ones = light.visible(single, still, [*x[:1], [0.0, 0.8, 0.0], [0.0, -0.8, 0.0]])
+    ones = light.visible(single, still, x[:1] + np.array([[0.0, 0.8, 0.0], [0.0, -0.8, 0.0]]))
     assert ones.max() - 1.0 + ones.min() < both[0] < ones.min()
 
 

@@ -1,0 +1,148 @@
+//! The equations of departures under the two flows of a splitting.
+//!
+//! The kicks move p by A q alone, A of the loads less that of the Kepler motion. The drifts are the Kepler motion and the free rotation,
+//! whose equations of departures are those of a motion with no other loads; or straight lines and the discrete rotation, whose
+//! derivative is in closed form.
+
+use super::layout::vector;
+use super::rotor::RotationSlopes;
+use super::{Dynamics, Layout, Parameter, Variations};
+use crate::error::Result;
+use crate::math::{Mat3, Vec3};
+
+impl Variations {
+    /// As [`Self::look`], of a kick: without the spins, and less the Kepler motion where that is the drift.
+    pub fn look_at_kick(
+        &mut self,
+        dynamics: &mut Dynamics,
+        time: f64,
+        y: &[f64],
+        kepler: bool,
+    ) -> Result<()> {
+        self.take(dynamics, time, y, false)?;
+        if kepler {
+            self.add_kepler(dynamics, y, -1.0);
+        }
+        Ok(())
+    }
+
+    /// As [`Self::look`], of the drift of Kepler motion and free rotation.
+    pub fn look_at_drift(&mut self, dynamics: &Dynamics, y: &[f64]) {
+        self.clear(dynamics.layout(), y, true);
+        self.by_place.fill(0.0);
+        self.by_motion.fill(0.0);
+        self.force_by_inertia(dynamics.system().bodies());
+        self.add_kepler(dynamics, y, 1.0);
+    }
+
+    /// Adds the Kepler motion in Jacobi's coordinates, in which body i moves about the barycentre of those before it.
+    fn add_kepler(&mut self, dynamics: &Dynamics, y: &[f64], sign: f64) {
+        let (n, layout) = (self.bodies, dynamics.layout());
+        let g = dynamics.system().gravitational_constant();
+        // Rows of derivatives of d, and of accelerations with G and with the masses.
+        let mut rows = vec![vec![Mat3::zeros(); n]; n];
+        let mut forced = vec![vec![Vec3::zeros(); self.parameters.len()]; n];
+        let origin = vector(y, layout.position(0));
+        let mut within = self.masses[0];
+        for i in 1..n {
+            let mut r = vector(y, layout.position(i)) - origin;
+            for k in 1..i {
+                r -= (vector(y, layout.position(k)) - origin) * (self.masses[k] / within);
+            }
+            let (distance, before) = (r.norm(), within);
+            within += self.masses[i];
+            let u = r / distance;
+            let pull = u / (distance * distance);
+            let slope = (3.0 * u * u.transpose() - Mat3::identity()) * (g * within / distance.powi(3));
+            for j in 1..=i {
+                let share = if j == i { 1.0 } else { -self.masses[j] / before };
+                rows[i][j] += slope * share;
+            }
+            for (k, parameter) in self.parameters.iter().enumerate() {
+                let mass: f64 = (0..=i).map(|body| parameter.of_mass(body)).sum();
+                let mu = g * mass + if *parameter == Parameter::GravitationalConstant { within } else { 0.0 };
+                forced[i][k] -= pull * mu;
+            }
+            for k in 1..i {
+                let share = self.masses[k] / before;
+                for j in 1..=k {
+                    let block = rows[k][j];
+                    rows[i][j] += block * share;
+                }
+                for p in 0..self.parameters.len() {
+                    let value = forced[k][p];
+                    forced[i][p] += value * share;
+                }
+            }
+        }
+        for (i, row) in rows.iter().enumerate().skip(1) {
+            for (j, block) in row.iter().enumerate().skip(1) {
+                for r in 0..3 {
+                    for c in 0..3 {
+                        self.by_place[(3 * (i - 1) + r) * self.stride + 3 * (j - 1) + c] +=
+                            sign * block[(r, c)];
+                    }
+                }
+            }
+        }
+        // The barycentre stays where it is.
+        for p in 0..self.parameters.len() {
+            let centre: Vec3 = (1..n).map(|i| self.share[i] * forced[i][p]).sum();
+            for body in 0..n {
+                let own = if body == 0 { Vec3::zeros() } else { forced[body][p] };
+                self.forcing[p * n + body][0] += (own - centre) * sign;
+            }
+        }
+    }
+
+    /// The drift along straight lines with the discrete rotation, from a vector on. `None` where the rotation has no solution.
+    pub fn drift_straight(
+        &self,
+        dynamics: &Dynamics,
+        y: &[f64],
+        size: f64,
+        columns: &mut [f64],
+    ) -> Option<()> {
+        let (half, width, layout) = (self.half(), self.width(), dynamics.layout());
+        let (q, p) = columns.split_at_mut(half * width);
+        let centres =
+            (0..3 * (self.bodies - 1)).chain(self.barycentre().into_iter().flat_map(|row| row..row + 3));
+        for row in centres {
+            let rates = &p[row * width..][..width];
+            q[row * width..][..width].iter_mut().zip(rates).for_each(|(q, p)| *q += size * p);
+        }
+        for (body, inertia) in self.inertia.iter().enumerate() {
+            let slopes = RotationSlopes::new(*inertia, vector(y, layout.spin(body)), size)?;
+            let row = self.turn(body);
+            for column in 0..width {
+                let at = |c: usize| (row + c) * width + column;
+                let read = |from: &[f64]| Vec3::new(from[at(0)], from[at(1)], from[at(2)]);
+                let (theta, spin) = (read(q), read(p));
+                let moments = column
+                    .checked_sub(self.initial)
+                    .and_then(|k| self.parameters[k].of_inertia(&dynamics.system().bodies()[body], body));
+                let moments = moments.unwrap_or_default();
+                let theta = slopes.back * theta + slopes.turn[0] * spin + slopes.turn[1] * moments;
+                let spin = slopes.spin[0] * spin + slopes.spin[1] * moments;
+                (0..3).for_each(|c| (q[at(c)], p[at(c)]) = (theta[c], spin[c]));
+            }
+        }
+        Some(())
+    }
+
+    /// Adds a kick where [`Self::look_at_kick`] was last.
+    pub fn kick(&self, arch: pulp::Arch, size: f64, columns: &mut [f64], scratch: &mut [f64]) {
+        self.rates(arch, columns, scratch);
+        let first = self.half() * self.width();
+        columns[first..].iter_mut().zip(&scratch[first..]).for_each(|(p, rate)| *p += size * rate);
+    }
+
+    /// Forgets what was seen last; notes the spins of a vector where they count.
+    pub(super) fn clear(&mut self, layout: Layout, y: &[f64], spinning: bool) {
+        self.torque.fill(Vec3::zeros());
+        self.forcing.fill([Vec3::zeros(); 2]);
+        for body in 0..self.bodies {
+            self.spin[body] = if spinning { vector(y, layout.spin(body)) } else { Vec3::zeros() };
+        }
+    }
+}
