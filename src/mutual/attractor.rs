@@ -41,7 +41,7 @@ impl BodyGravity {
     /// The same in units of `unit`, with a polyhedron's facets.
     pub(super) fn in_unit(&self, unit: f64) -> Self {
         let mut scaled = Self::new(&self.name, &self.shape.scaled(1.0 / unit), &self.store);
-        scaled.facets = scaled.polyhedron().map(|polyhedron| Arc::new(Facets::new(polyhedron, 1.0)));
+        scaled.facets = scaled.polyhedron().map(|polyhedron| self.store.facets(polyhedron));
         scaled
     }
 
@@ -75,7 +75,7 @@ impl BodyGravity {
         let Some(polyhedron) = self.polyhedron() else {
             return Err(Error::invalid(&self.name, "without faces", "a polyhedron"));
         };
-        Layer::new(polyhedron, degree, arch, patience).map(Arc::new)
+        self.store.layer(polyhedron, degree, arch, patience)
     }
 
     pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {

@@ -179,10 +179,10 @@ class Simulation:
     def quadrature(self) -> list[dict[str, Any]]:
         """How the interaction of each pair of bodies is computed, and of composites that of each two parts.
 
-        A dictionary for each: ``pair``, the names of the bodies; ``parts``, the places of the parts in their bodies where one of
-        these is a composite; ``method``; and of the quadrature in force ``integrated``, the name of the body integrated over,
-        the number of ``points`` at the present state, and the ``order``. A series has no quadrature, so that they are None.
-        Two points have no row.
+        A dictionary for each: ``pair``, the names of the bodies; ``parts``, the places of the parts in their bodies
+        where one of these is a composite; ``method``; and of the quadrature in force ``integrated``, the name of the
+        body integrated over, the number of ``points`` at the present state, and the ``order``. A series has no
+        quadrature, so that they are None. Two points have no row.
         """
         names = self._system.names
         rows = []
