@@ -113,7 +113,7 @@ def test_a_branch_may_be_drawn(spheres):
 
 
 def test_the_second_order_model(ellipsoids):
-    # Scheeres (2009), Celest. Mech. Dyn. Astron. 104, 103: long axes in line, to second degree in the moments of inertia.
+    # Scheeres (2009), Celest. Mech. Dyn. Astron. 104, 103: long axes in line, to second degree in the moments.
     system = ellipsoids.with_options(gravity="multipole:2")
     inertia = [np.asarray(body.inertia) for body in system]
     masses = np.asarray(system.masses)
