@@ -3,8 +3,9 @@
 #   make test    all tests, Rust and Python
 #   make docs    the documentation, with every example run
 VENV   ?= .venv
-BIN    := $(VENV)/bin
+BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 PYTHON ?= python3
+MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
 # What the hunt for faults has, and its parts, each of which gets its share of it.
 FUZZ_MINUTES ?= 60
@@ -13,22 +14,30 @@ FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # Of the report, which draws and measures with all of the package.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
+# On Linux wheels are linked by zig against glibc 2.17, so that every distribution since takes them.
+ifeq ($(shell uname -s),Linux)
+WHEEL := --zig --compatibility manylinux2014
+AUDIT  = $(BIN)/auditwheel show dist/*.whl
+endif
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
-export PATH := $(CURDIR)/$(BIN):$(PATH)
+# Windows joins its folders by another sign.
+export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce fission dimorphos test test-rust test-python check fmt docs bench fuzz $(FUZZ_PARTS) mutants clean
+.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check \
+	fmt docs bench fuzz \
+	$(FUZZ_PARTS) mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-$(BIN)/maturin:
+$(MATURIN):
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
 
-$(VENV)/.built: $(BIN)/maturin pyproject.toml $(RUST)
+$(VENV)/.built: $(MATURIN) pyproject.toml $(RUST)
 	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[all]'
 	@touch $@
 
@@ -40,6 +49,10 @@ $(VENV)/.docs: $(VENV)/.built
 	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[docs]'
 	@touch $@
 
+$(VENV)/.wheel: $(MATURIN)
+	$(BIN)/python -m pip install --quiet 'auditwheel>=6.4,<7' 'cargo-zigbuild>=0.20,<1' 'ziglang>=0.13,<1'
+	@touch $@
+
 kw4: $(VENV)/.built  ## one year of 1999 KW4 beside the paper's numbers, into out/kw4/
 	$(BIN)/python -m fullbody kw4 --out out/kw4
 
@@ -48,22 +61,44 @@ test: test-rust test-python  ## all tests
 test-rust:
 	cargo test --no-default-features
 
+# Of Debian: qemu-user and libc6-arm64-cross.
+test-arm: $(VENV)/.wheel  ## the Rust tests as 64-bit ARM runs them, by QEMU
+	rustup target add aarch64-unknown-linux-gnu
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
+		$(BIN)/cargo-zigbuild test --no-default-features --target aarch64-unknown-linux-gnu --test rust
+
 test-python: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto
+
+wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel for this kind of machine, into dist/
+	rm -rf dist
+	$(BIN)/maturin build --release --strip --sdist --out dist $(WHEEL)
+	$(AUDIT)
+
+test-wheel: wheel  ## installs the wheel where no Rust is, and the source distribution, and runs 1999 KW4 from both
+	$(BIN)/python tests/installed.py dist
+
+browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into out/browser/
+	rustup target add wasm32-unknown-emscripten
+	$(BIN)/python browser/build.py out/browser
+
+crate: $(MATURIN)  ## packs the crate, and builds it from what was packed
+	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
+	cargo package --allow-dirty
 
 check: $(VENV)/.dev  ## formats, lints, types, stubs
 	cargo fmt --check
 	cargo clippy --no-default-features --all-targets -- -D warnings
 	cargo clippy --features python -- -D warnings
-	$(BIN)/ruff format --check python reproduction tests benches fuzz
-	$(BIN)/ruff check python reproduction tests benches fuzz
+	$(BIN)/ruff format --check python reproduction tests benches fuzz browser
+	$(BIN)/ruff check python reproduction tests benches fuzz browser
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything
 	cargo fmt
-	$(BIN)/ruff format python reproduction tests benches fuzz
-	$(BIN)/ruff check --fix python reproduction tests benches fuzz
+	$(BIN)/ruff format python reproduction tests benches fuzz browser
+	$(BIN)/ruff check --fix python reproduction tests benches fuzz browser
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
@@ -76,22 +111,28 @@ reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reprod
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
+millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; goes on where it was cut short
+	$(BIN)/python -m fullbody millennia --out out/millennia
+
 fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; goes on where it was cut short
 	$(BIN)/python -m reproduction.ho2022 --out out/fission
 
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, import, forces from outside, polyhedra, derivatives; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, forces from outside, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --no-default-features --bench interaction
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
 	$(BIN)/python benches/brouwer.py
+	$(BIN)/python benches/splitting.py
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
+	$(BIN)/python benches/gravity.py
 	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/derivatives.py
+	$(BIN)/python benches/flight.py --million
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py
 	$(BIN)/python benches/killed.py

@@ -1,7 +1,4 @@
-"""Speed of polyhedra: the field by face and point, and an interaction with an ellipsoid at the distance of 1999 KW4.
-
-The field stands beside that of polyhedral-gravity, where it is installed, both on one core.
-"""
+"""Speed of polyhedra: an interaction with an ellipsoid at the distance of 1999 KW4, on one core."""
 
 import os
 
@@ -11,7 +8,6 @@ import time
 
 import fullbody
 import numpy as np
-from fullbody import _core
 from fullbody.systems import kw4_ho2021
 
 
@@ -46,30 +42,6 @@ def best(work, repeat=5):
     return min(times)
 
 
-def field():
-    vertices, faces = globe(26, 40, (1.0, 0.9, 0.8))
-    points = np.random.default_rng(0).normal(size=(500, 3))
-    points *= 1.5 / np.linalg.norm(points, axis=1)[:, None]
-    ours = _core.Polyhedron(vertices, faces)
-    ours.gravity(points[:1], True)
-    pairs = len(points) * len(faces)
-    print(f"field of {len(faces)} faces, ns a point and face:")
-    print(f"  fullbody            {best(lambda: ours.gravity(points, True)) / pairs * 1e9:8.1f}")
-    try:
-        import polyhedral_gravity as peer
-    except ModuleNotFoundError:
-        print("  polyhedral-gravity  not installed")
-        return
-    other = peer.Polyhedron(
-        polyhedral_source=(vertices, faces),
-        density=1.0,
-        normal_orientation=peer.NormalOrientation.OUTWARDS,
-        integrity_check=peer.PolyhedronIntegrity.DISABLE,
-    )
-    taken = best(lambda: peer.evaluate(polyhedron=other, computation_points=points, parallel=False), 3)
-    print(f"  polyhedral-gravity  {taken / pairs * 1e9:8.1f}")
-
-
 def interaction():
     system, state = kw4_ho2021()
     alpha, beta = system.bodies
@@ -86,5 +58,4 @@ def interaction():
 
 
 if __name__ == "__main__":
-    field()
     interaction()

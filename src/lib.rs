@@ -1,6 +1,8 @@
-//! `fullbody`: rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact gravity.
+#![doc = include_str!("README.md")]
 //!
-//! The rooms, in the direction in which data flows; each uses only those above it:
+//! # Rooms
+//!
+//! In the direction in which data flows; each uses only those above it:
 //!
 //! - [`error`]: what can go wrong, with body, time and value.
 //! - [`names`]: choices by name.
@@ -15,6 +17,7 @@
 //! - [`dynamics`]: state, equations of motion, invariants.
 //! - [`integrate`]: integrators of ordinary differential equations; no physics.
 //! - [`trajectory`]: a system on its way: stepping, events, archive, record.
+//! - [`particles`]: massless particles among moving bodies: flight, impacts, fates.
 //! - [`ensemble`]: many simulations over cores.
 //! - `py`: the Python bindings, no mathematics.
 
@@ -33,6 +36,7 @@ pub mod environment;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;
+pub mod particles;
 pub mod ensemble;
 #[cfg(feature = "python")]
 mod py;

@@ -31,15 +31,15 @@ from .errors import (
 )
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.gravity import Gravity
 from .model.interactions import Energy, Interactions, Invariants, Loads
 from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
-from .motion.loading import load
+from .motion.loading import load, load_flight
 from .motion.simulation import Run, Simulation, System
 from .orbit.elements import KeplerElements
-from .peers import from_rebound, read_gubas, read_sians, to_rebound
 from .record.dense import Dense, Samples
 from .record.derivatives import EventDerivatives
 from .record.integrators import (
@@ -58,7 +58,9 @@ from .setups.component import Component
 from .setups.toml import Setup, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import analysis, plots, view
+    from . import analysis, fields, particles, plots, spice, view
+    from .particles import Flight, Particles
+    from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
 else:
@@ -66,11 +68,15 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn or analysed.
-        if name in ("analysis", "plots", "view"):
-            from importlib import import_module
+        # Not every run is drawn, analysed, handed on or flown along.
+        from importlib import import_module
 
+        if name in ("analysis", "fields", "particles", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
+        if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
+            return getattr(import_module(".peers", __name__), name)
+        if name in ("Flight", "Particles"):
+            return getattr(import_module(".particles", __name__), name)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -88,8 +94,10 @@ __all__ = [
     "Ellipsoid",
     "Energy",
     "EventDerivatives",
+    "Flight",
     "ForceFailed",
     "FullbodyError",
+    "Gravity",
     "InconsistentInput",
     "Interactions",
     "Interrupted",
@@ -101,6 +109,7 @@ __all__ = [
     "Loads",
     "NotConverged",
     "Part",
+    "Particles",
     "PointMass",
     "Polyhedron",
     "PrecisionWarning",
@@ -126,16 +135,20 @@ __all__ = [
     "binary",
     "ensembles",
     "events",
+    "fields",
     "forces",
     "frames",
     "from_rebound",
     "integrate_many",
     "load",
+    "load_flight",
     "observables",
+    "particles",
     "plots",
     "read_gubas",
     "read_sians",
     "read_toml",
+    "spice",
     "sweep",
     "systems",
     "to_rebound",

@@ -11,6 +11,7 @@ _Array = npt.NDArray[np.float64]
 _Axes = tuple[float, float, float]
 
 __all__ = [
+    "Attraction",
     "Body",
     "Condition",
     "Dense",
@@ -20,15 +21,31 @@ __all__ = [
     "System",
     "cartesian_to_elements",
     "elements_to_cartesian",
-    "gravity",
+    "fly",
     "integrate_many",
     "period",
     "quaternion_of_tait_bryan",
     "quaternion_product",
     "rotation_matrices",
+    "surface",
     "tolerance",
     "vector_paths",
+    "visible",
 ]
+
+@final
+class Attraction:
+    def __new__(cls, bodies: list[Body], gravitational_constant: float, vector_path: str) -> Attraction: ...
+    def gravity(
+        self,
+        positions: _Array,
+        attitudes: _Array,
+        states: npt.NDArray[np.int64],
+        points: _Array,
+        shape: list[int],
+        body: int | None,
+        gradient: bool,
+    ) -> list[_Array]: ...
 
 @final
 class Body:
@@ -76,7 +93,6 @@ class Polyhedron:
     def inertia_per_mass(self) -> _Array: ...
     @property
     def circumradius(self) -> float: ...
-    def gravity(self, points: _Array, surface: bool) -> tuple[_Array, _Array, _Array]: ...
 
 @final
 class State:
@@ -238,7 +254,9 @@ class Simulation:
     @property
     def statistics(self) -> tuple[int, int, int]: ...
     @property
-    def rules(self) -> list[tuple[int, int, int, int, tuple[int, int]]]: ...
+    def rules(
+        self,
+    ) -> list[tuple[list[int], list[int] | None, str, tuple[int, int, tuple[int, int]] | None]]: ...
     def step(self, end: float) -> None: ...
     def integrate(
         self,
@@ -278,8 +296,23 @@ def integrate_many(
     report: Callable[[int, float], Any] | None,
     threads: int | None,
 ) -> None: ...
+def fly(
+    system: System,
+    dense: Dense,
+    particles: tuple[float, _Array, _Array, _Array],
+    until: float,
+    output: str | float | _Array | None,
+    integrator: dict[str, Any],
+    contact: str | tuple[float, float, float],
+    escape: tuple[float, bool] | None,
+    radiation: tuple[str, float, float] | None,
+    watched: Sequence[tuple[str, Any, int]],
+    threads: int | None,
+    progress: Callable[[float, float, float], Any] | None,
+) -> tuple[dict[str, Any], BaseException | None]: ...
+def surface(system: System, body: int, directions: _Array) -> tuple[_Array, _Array]: ...
+def visible(system: System, state: State, radiation: tuple[str, float, float], points: _Array) -> _Array: ...
 def tolerance(rtol: float, atol: float) -> tuple[float, float]: ...
-def gravity(body: Body, gravitational_constant: float, points: _Array, inside: bool) -> tuple[_Array, _Array]: ...
 def elements_to_cartesian(values: _Array, mu: float) -> tuple[_Array, _Array]: ...
 def cartesian_to_elements(position: _Array, velocity: _Array, mu: float) -> _Array: ...
 def period(values: _Array, mu: float) -> _Array: ...

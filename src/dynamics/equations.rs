@@ -359,7 +359,7 @@ impl Dynamics {
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
         }
-        if rate[..layout.dependent()].iter().all(|r| r.is_finite()) {
+        if rate[..layout.dependent()].iter().fold(true, |finite, r| finite & r.is_finite()) {
             Ok(())
         } else {
             Err(Rejected::NotFinite)
@@ -386,12 +386,12 @@ impl Dynamics {
         self.turn(y);
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
-            let pieces = link.pair.pieces();
+            let pose = self.pose(y, *i, *j);
+            let pieces = link.energy_pieces(&pose, patience)?;
             let work = LINK + link.pair.work() / pieces.len() as u64;
             for nodes in pieces {
                 patience.spend(work, time)?;
-                potential +=
-                    self.system.strength(*i, *j) * link.potential_energy_of(&self.pose(y, *i, *j), nodes);
+                potential += self.system.strength(*i, *j) * link.potential_energy_of(&pose, nodes);
             }
         }
         let translational =

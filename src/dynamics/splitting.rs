@@ -9,9 +9,10 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
+use super::jacobi::Jacobi;
 use super::layout::vector;
-use super::rotor::{FARTHEST, farthest_turn, free_rotation, variational_rotation};
-use super::{AttitudeChart, Dynamics, Rejected};
+use super::rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
+use super::{AttitudeChart, Dynamics, Layout, Rejected};
 use crate::environment::BOOK;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -20,7 +21,7 @@ use crate::orbit::kepler_change;
 use crate::patience::Patience;
 
 /// Units of work of turning a body by a rad, for [`Patience`].
-const ROTATION: f64 = 400.0;
+const ROTATION: f64 = 200.0;
 
 /// Which motion is the large part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,11 +36,10 @@ pub enum Parts {
 #[derive(Debug, Clone)]
 pub struct Splitting {
     parts: Parts,
-    masses: Vec<f64>,
-    /// Mass of body i and all before it.
-    within: Vec<f64>,
+    jacobi: Jacobi,
     gravitational_constant: f64,
     inertia: Vec<Vec3>,
+    tops: Vec<Top>,
     position: Vec<Vec3>,
     velocity: Vec<Vec3>,
     acceleration: Vec<Vec3>,
@@ -49,6 +49,8 @@ pub struct Splitting {
     /// Time and size of the step.
     time: f64,
     step: f64,
+    /// What a drift or a kick adds to the numbers of the bodies.
+    change: Vec<f64>,
     /// How much of the step the drifts have covered.
     covered: f64,
     /// Velocities and spins in the middle of a kick, for the books.
@@ -73,22 +75,15 @@ impl Splitting {
             ));
         }
         let masses = dynamics.system().masses();
-        let mut total = 0.0;
-        let within = masses
-            .iter()
-            .map(|m| {
-                total += m;
-                total
-            })
-            .collect();
         let n = masses.len();
+        let inertia: Vec<Vec3> = dynamics.system().bodies().iter().map(|body| body.inertia()).collect();
         let zeros = vec![Vec3::zeros(); n];
         Ok(Self {
             parts,
-            masses,
-            within,
+            jacobi: Jacobi::new(&masses),
             gravitational_constant: dynamics.system().gravitational_constant(),
-            inertia: dynamics.system().bodies().iter().map(|body| body.inertia()).collect(),
+            tops: inertia.iter().map(|moments| Top::new(*moments)).collect(),
+            inertia,
             position: zeros.clone(),
             velocity: zeros.clone(),
             acceleration: zeros.clone(),
@@ -96,6 +91,7 @@ impl Splitting {
             loaded: false,
             time: 0.0,
             step: 0.0,
+            change: vec![0.0; dynamics.layout().departure()],
             covered: 0.0,
             middle: [zeros.clone(), zeros],
         })
@@ -108,13 +104,13 @@ impl Splitting {
 
     /// An angle that no body turns beyond, nor moves in its orbit, in a drift from a vector: about the fastest of them.
     pub fn farthest(&self, dynamics: &Dynamics, y: &[f64], size: f64) -> f64 {
-        let layout = dynamics.layout();
+        let (layout, bodies) = (dynamics.layout(), dynamics.system().bodies());
         let mut rate: f64 = 0.0;
         for body in 0..layout.bodies {
             rate = rate.max(vector(y, layout.spin(body)).norm());
             for other in 0..body {
                 let r = vector(y, layout.position(body)) - vector(y, layout.position(other));
-                let mu = self.gravitational_constant * (self.masses[body] + self.masses[other]);
+                let mu = self.gravitational_constant * (bodies[body].mass + bodies[other].mass);
                 rate = rate.max((mu / r.norm().powi(3)).sqrt());
             }
         }
@@ -135,11 +131,11 @@ impl Splitting {
 
     /// The inverse of [`Self::loads`].
     pub fn recall(&mut self, loads: &[[f64; 6]]) {
-        for (body, load) in loads.iter().enumerate().take(self.masses.len()) {
+        for (body, load) in loads.iter().enumerate().take(self.tops.len()) {
             self.acceleration[body] = Vec3::new(load[0], load[1], load[2]);
             self.spin_rate[body] = Vec3::new(load[3], load[4], load[5]);
         }
-        self.loaded = loads.len() == self.masses.len();
+        self.loaded = loads.len() == self.tops.len();
     }
 
     /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
@@ -160,59 +156,78 @@ impl Splitting {
         self.loaded = false;
         self.covered += size;
         let layout = dynamics.layout();
-        let n = layout.bodies;
         if layout.forces > 0 {
             let d = layout.departure();
             (0..3).for_each(|c| add(high, low, d + c, size * high[d + 3 + c]));
         }
         match self.parts {
-            Parts::Free => {
-                for body in 0..n {
-                    let (p, v) = (layout.position(body), layout.velocity(body));
-                    for c in 0..3 {
-                        add(high, low, p + c, size * high[v + c]);
-                    }
-                }
-            }
-            Parts::Kepler => {
-                self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
-                std::mem::swap(&mut self.position, &mut self.velocity);
-                self.fill_jacobi(|body, c| (high[layout.velocity(body) + c], low[layout.velocity(body) + c]));
-                std::mem::swap(&mut self.position, &mut self.velocity);
-                for body in 1..n {
-                    let mu = self.gravitational_constant * self.within[body];
-                    let (moved, turned) = kepler_change(&self.position[body], &self.velocity[body], mu, size)
-                        .ok_or_else(|| {
-                            self.failed("Kepler's equation has no solution in doubles; use a shorter step")
-                        })?;
-                    self.position[body] = moved;
-                    self.velocity[body] = turned;
-                }
-                leave_jacobi(&self.masses, &self.within, &mut self.position);
-                leave_jacobi(&self.masses, &self.within, &mut self.velocity);
-                for body in 0..n {
-                    for c in 0..3 {
-                        add(high, low, layout.position(body) + c, self.position[body][c]);
-                        add(high, low, layout.velocity(body) + c, self.velocity[body][c]);
-                    }
-                }
-            }
+            Parts::Free => self.straight(layout, size, high),
+            Parts::Kepler => self.orbits(layout, size, high, low)?,
         }
-        for body in 0..n {
+        self.rotations(dynamics, size, high, patience)?;
+        add_all(high, low, &self.change);
+        Ok(())
+    }
+
+    /// The changes of positions and velocities without forces.
+    fn straight(&mut self, layout: Layout, size: f64, high: &[f64]) {
+        let (positions, velocities) = (layout.velocity(0), layout.attitude(0));
+        self.change[positions..velocities].fill(0.0);
+        for (change, velocity) in self.change.iter_mut().zip(&high[positions..velocities]) {
+            *change = size * velocity;
+        }
+    }
+
+    /// The changes of positions and velocities on Kepler's orbits in Jacobi's coordinates.
+    fn orbits(&mut self, layout: Layout, size: f64, high: &[f64], low: &[f64]) -> Result<()> {
+        let parts = |index: usize| (high[index], low[index]);
+        self.jacobi.enter(&mut self.position, |body, c| parts(layout.position(body) + c));
+        self.jacobi.enter(&mut self.velocity, |body, c| parts(layout.velocity(body) + c));
+        for body in 1..layout.bodies {
+            let mu = self.gravitational_constant * self.jacobi.within[body];
+            let (moved, turned) = kepler_change(&self.position[body], &self.velocity[body], mu, size)
+                .ok_or_else(|| {
+                    self.failed("Kepler's equation has no solution in doubles; use a shorter step")
+                })?;
+            self.position[body] = moved;
+            self.velocity[body] = turned;
+        }
+        self.jacobi.leave(&mut self.position);
+        self.jacobi.leave(&mut self.velocity);
+        for body in 0..layout.bodies {
+            let (p, v) = (layout.position(body), layout.velocity(body));
+            self.change[p..p + 3].copy_from_slice(self.position[body].as_slice());
+            self.change[v..v + 3].copy_from_slice(self.velocity[body].as_slice());
+        }
+        Ok(())
+    }
+
+    /// The changes of attitudes and spins without torques.
+    fn rotations(
+        &mut self,
+        dynamics: &Dynamics,
+        size: f64,
+        high: &[f64],
+        patience: &mut Patience,
+    ) -> Result<()> {
+        let layout = dynamics.layout();
+        for body in 0..layout.bodies {
             let (a, s) = (layout.attitude(body), layout.spin(body));
             let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
             // Too large a number counts as the limit, and so does NaN.
-            patience
-                .spend((ROTATION * (1.0 + (spin.norm() * size).abs().min(FARTHEST))) as u64, self.time)?;
+            patience.spend(
+                (ROTATION * (1.0 + (2.0 * spin.amax() * size).abs().min(FARTHEST))) as u64,
+                self.time,
+            )?;
             let turn = match self.parts {
-                Parts::Kepler => free_rotation(inertia, q, spin, size),
+                Parts::Kepler => self.tops[body].turn(q, spin, size),
                 Parts::Free => variational_rotation(inertia, q, spin, size),
             };
             let (turned, change) = turn.ok_or_else(|| self.too_far(dynamics, body, spin))?;
-            (0..4).for_each(|c| add(high, low, a + c, turned[c]));
-            (0..3).for_each(|c| add(high, low, s + c, change[c]));
+            self.change[a..a + 4].copy_from_slice(&turned);
+            self.change[s..s + 3].copy_from_slice(change.as_slice());
         }
         Ok(())
     }
@@ -235,10 +250,14 @@ impl Splitting {
             self.enter(dynamics, size, high, low);
         }
         for body in 0..layout.bodies {
+            let (v, s) = (layout.velocity(body), layout.spin(body));
             for c in 0..3 {
-                add(high, low, layout.velocity(body) + c, size * self.acceleration[body][c]);
-                add(high, low, layout.spin(body) + c, size * self.spin_rate[body][c]);
+                self.change[v + c] = size * self.acceleration[body][c];
+                self.change[s + c] = size * self.spin_rate[body][c];
             }
+        }
+        for block in [layout.velocity(0)..layout.attitude(0), layout.spin(0)..layout.departure()] {
+            add_all(&mut high[block.clone()], &mut low[block.clone()], &self.change[block]);
         }
         Ok(evaluations)
     }
@@ -285,14 +304,15 @@ impl Splitting {
                 Vec3::from([0, 1, 2].map(|c| if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 }));
         }
         if self.parts == Parts::Kepler {
-            self.fill_jacobi(|body, c| (high[layout.position(body) + c], low[layout.position(body) + c]));
+            let parts = |index: usize| (high[index], low[index]);
+            self.jacobi.enter(&mut self.position, |body, c| parts(layout.position(body) + c));
             for body in 1..layout.bodies {
-                let mu = self.gravitational_constant * self.within[body];
+                let mu = self.gravitational_constant * self.jacobi.within[body];
                 let r = self.position[body];
                 let distance = r.norm();
                 self.position[body] = r * (-mu / (distance * distance * distance));
             }
-            leave_jacobi(&self.masses, &self.within, &mut self.position);
+            self.jacobi.leave(&mut self.position);
             self.acceleration.iter_mut().zip(&self.position).for_each(|(a, k)| *a -= k);
         }
         if self.acceleration.iter().chain(&self.spin_rate).all(|v| v.iter().all(|x| x.is_finite())) {
@@ -348,41 +368,18 @@ impl Splitting {
             "{name} turns by {angle:.3e} rad in it; {limit}; use a step of at most {shorter:.3e}"
         ))
     }
-
-    /// Fills `position` with Jacobi's vectors: body i from the barycentre of those before it. Entry 0 is zero, since the
-    /// barycentre of all rests at the origin.
-    fn fill_jacobi(&mut self, number: impl Fn(usize, usize) -> (f64, f64)) {
-        self.position[0] = Vec3::zeros();
-        for c in 0..3 {
-            // The barycentre of the bodies before i, with its low part: for two bodies the difference is then exact.
-            let (mut centre, mut tail) = number(0, c);
-            for body in 1..self.masses.len() {
-                let (high, low) = number(body, c);
-                let (difference, error) = two_sum(high, -centre);
-                let vector = difference + (error + (low - tail));
-                self.position[body][c] = vector;
-                let (sum, error) = two_sum(centre, self.masses[body] / self.within[body] * vector);
-                (centre, tail) = (sum, tail + error);
-            }
-        }
-    }
 }
 
-/// Turns Jacobi's vectors into those from the barycentre of all.
-fn leave_jacobi(masses: &[f64], within: &[f64], vectors: &mut [Vec3]) {
-    let mut centre = Vec3::zeros();
-    for body in (1..masses.len()).rev() {
-        let jacobi = vectors[body];
-        centre -= masses[body] / within[body] * jacobi;
-        vectors[body] = centre + jacobi;
+/// Adds to numbers in two parts.
+#[inline]
+fn add_all(high: &mut [f64], low: &mut [f64], changes: &[f64]) {
+    for ((high, low), change) in high.iter_mut().zip(low).zip(changes) {
+        let (sum, error) = two_sum(*high, *change);
+        (*high, *low) = two_sum(sum, error + *low);
     }
-    vectors[0] = centre;
 }
 
 #[inline]
 fn add(high: &mut [f64], low: &mut [f64], index: usize, increment: f64) {
-    let (sum, error) = two_sum(high[index], increment);
-    let (sum, error) = two_sum(sum, error + low[index]);
-    high[index] = sum;
-    low[index] = error;
+    add_all(&mut high[index..=index], &mut low[index..=index], &[increment]);
 }

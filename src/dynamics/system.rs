@@ -267,15 +267,18 @@ impl System {
                 patience.spend(NEW_PAIR, state.time)?;
                 link.prepare(&pose, None, patience).map_err(|error| error.at(state.time))?;
                 let pieces = link.pair.pieces();
-                let work = 2 * link.pair.work() / pieces.len() as u64;
+                let work = link.pair.work() / pieces.len() as u64;
                 for nodes in pieces {
                     patience.spend(work, state.time)?;
-                    let f = link.interaction_of(&pose, nodes.clone());
+                    let f = link.interaction_of(&pose, nodes);
                     between += f.force_on_first;
                     result.force[i] += strength * f.force_on_first;
                     result.force[j] -= strength * f.force_on_first;
                     result.torque[i] += strength * f.torque_first;
                     result.torque[j] += strength * f.torque_second;
+                }
+                for nodes in link.energy_pieces(&pose, patience)? {
+                    patience.spend(work, state.time)?;
                     result.potential_energy += strength * link.potential_energy_of(&pose, nodes);
                 }
                 left_out += link.left_out(&pose).unwrap_or(0.0);
@@ -322,7 +325,7 @@ impl System {
             for mut link in self.links(i, j) {
                 patience.spend(NEW_PAIR, state.time)?;
                 link.prepare(&pose, None, patience).map_err(|error| error.at(state.time))?;
-                let pieces = link.pair.pieces();
+                let pieces = link.energy_pieces(&pose, patience)?;
                 let work = link.pair.work() / pieces.len() as u64;
                 for nodes in pieces {
                     patience.spend(work, state.time)?;
@@ -397,7 +400,7 @@ fn in_range(what: &str, values: &[f64]) -> Result<()> {
 }
 
 /// The relative pose of two bodies of a state.
-fn pose(state: &State, i: usize, j: usize) -> Pose {
+pub(super) fn pose(state: &State, i: usize, j: usize) -> Pose {
     Pose {
         separation: state.position[j] - state.position[i],
         rotation_first: rotation::matrix(state.attitude[i]),

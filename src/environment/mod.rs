@@ -10,6 +10,7 @@
 
 mod force;
 mod function;
+mod point;
 mod radiation;
 mod scene;
 mod slopes;
@@ -19,6 +20,7 @@ mod tide;
 
 pub use force::Force;
 pub use function::{Call, ForceFunction, Function};
+pub use point::PointPull;
 pub use radiation::{Byorp, Yorp};
 pub use scene::{Load, Scene, Switch};
 pub use slopes::{LoadSlopes, Triple};

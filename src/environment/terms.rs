@@ -1,6 +1,6 @@
 //! The forces of a system as terms of a sum, and their books.
 
-use super::{Force, Load, LoadSlopes, Scene, Switch, function, radiation, third_body, tide};
+use super::{Force, Load, LoadSlopes, PointPull, Scene, Switch, function, radiation, third_body, tide};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
@@ -196,6 +196,15 @@ impl Environment {
         power += total.dot(&scene.origin_velocity);
         moment += scene.origin.cross(&total);
         *out = [power, total.x, total.y, total.z, moment.x, moment.y, moment.z];
+    }
+
+    /// The third bodies, as points among the system's bodies feel them.
+    pub fn on_points(&self) -> Vec<PointPull> {
+        let of = |term: &Term| match &term.law {
+            Law::ThirdBody(pull) => Some(PointPull::new(&term.name, pull)),
+            _ => None,
+        };
+        self.terms.iter().filter_map(of).collect()
     }
 
     /// Position and velocity of a third body from the nominal barycentre at a time.

@@ -102,7 +102,7 @@ enum Motion {
 /// A third body ready for computing.
 #[derive(Debug, Clone)]
 pub(super) struct Pull {
-    mu: f64,
+    pub mu: f64,
     sign: f64,
     motion: Motion,
     /// The largest radius of a body.
@@ -141,7 +141,7 @@ impl Pull {
 
     /// The position alone, quickly.
     #[inline]
-    fn position(&mut self, time: f64) -> Result<Place> {
+    pub fn position(&mut self, time: f64) -> Result<Place> {
         let place = match &mut self.motion {
             Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch)?,
             Motion::Table(spline) => Place::from(Vec3::from(spline.at(time).0)),
@@ -258,18 +258,18 @@ impl Pull {
 }
 
 /// What is needed of 1 + q.
-struct Powers {
+pub(super) struct Powers {
     /// (1 + q)^(3/2) - 1, without its cancellation.
-    f: f64,
+    pub f: f64,
     /// 1 / (1 + q).
-    square: f64,
+    pub square: f64,
     /// 1 / (1 + q)^(3/2).
-    cube: f64,
+    pub cube: f64,
 }
 
 impl Powers {
     #[inline(always)]
-    fn of(q: f64) -> Self {
+    pub fn of(q: f64) -> Self {
         // A third body is far from most systems: the series to the third power are then as good as the formulas.
         if q.abs() < 1e-5 {
             let f = q * (1.5 + q * (0.375 - 0.0625 * q));

@@ -20,6 +20,21 @@ pub struct Gravity<S: Simd> {
     pub gradient: [Lanes<S>; 6],
 }
 
+impl<S: Simd> Gravity<S> {
+    /// With another one in the lanes where the square is not below a bound.
+    #[inline(always)]
+    fn replaced(mut self, square: Lanes<S>, from: Lanes<S>, other: Self) -> Self {
+        self.potential = square.if_less(from, self.potential, other.potential);
+        for i in 0..3 {
+            self.field[i] = square.if_less(from, self.field[i], other.field[i]);
+        }
+        for k in 0..6 {
+            self.gradient[k] = square.if_less(from, self.gradient[k], other.gradient[k]);
+        }
+        self
+    }
+}
+
 /// A shape of a mass, ready for points of the frame of its sorted axes, a >= b >= c.
 #[derive(Debug, Clone)]
 pub struct Ellipsoidal {
@@ -29,7 +44,7 @@ pub struct Ellipsoidal {
     scales: [f64; 3],
     series: FarSeries,
     /// The forms of the field, and the squares of the distances from which on they hold, from the nearest.
-    forms: Vec<(f64, Form)>,
+    pub(super) forms: Vec<(f64, Form)>,
 }
 
 /// How the field is computed.
@@ -39,13 +54,25 @@ pub enum Form {
     Near(Near),
     /// By the series.
     Far(FarCut),
+    /// That of a point, by numbers that stay in range at any distance.
+    Point,
 }
+
+/// The square of the distance from which on only a point's field is left, and sixth powers leave the range of doubles.
+const POINT_FROM: f64 = 1e100;
 
 /// What the series may leave out.
 const TOLERANCE: f64 = 1e-17;
 
-/// Numbers of terms of the series, each of which serves from some distance on.
-const TERMS: [u32; 14] = [27, 22, 18, 15, 12, 10, 8, 7, 6, 5, 4, 3, 2, 1];
+/// Bounds of kappa, in squares of the longest semi-axis, from which on Carlson's integrals may take fewer steps.
+const NEAR: [f64; 1] = [0.5];
+
+/// Numbers of terms of the series, each of which serves from some distance on. Few of them: points of different forms share no
+/// lanes, and terms cost little. Nine terms are the most that need but one of Newton's steps.
+const TERMS: [u32; 3] = [27, 9, 3];
+
+/// The most forms that a shape has.
+pub(super) const MOST_FORMS: usize = 1 + NEAR.len() + TERMS.len() + 1;
 
 impl Ellipsoidal {
     /// Of an ellipsoid, a sphere or a point, by the product of the gravitational constant and its mass; a polyhedron counts as a
@@ -56,46 +83,64 @@ impl Ellipsoidal {
         let series = FarSeries::new(&shape);
         let forms = match &shape {
             Shape::Ellipsoid(ellipsoid) => forms(ellipsoid, &series),
-            Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Far(FarCut::default()))],
+            Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Point)],
         };
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
         Self { inverse_unit: 1.0 / unit, scales, series, forms }
     }
 
-    /// Gravity at points of the frame of the sorted axes. The form that the nearest one needs serves all of them. Results that
-    /// are not used cost nothing. A point mass wants points away from it.
+    /// Gravity at points of the frame of the sorted axes: in each lane by the form that its own distance needs, so that what a lane
+    /// gets does not depend on the others. Results that are not used cost nothing. A point mass wants points away from it.
     #[inline(always)]
     pub fn at<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
         let x = self.in_unit(x);
-        self.by(self.form(dot(x, x).reduce_min()), x)
+        let square = dot(x, x);
+        let [nearest, farthest] = [square.reduce_min(), square.reduce_max()];
+        let zero = square.constant(0.0);
+        let mut found = Gravity { potential: zero, field: [zero; 3], gradient: [zero; 6] };
+        for (index, &(from, form)) in self.forms.iter().enumerate() {
+            let to = self.forms.get(index + 1).map_or(f64::INFINITY, |next| next.0);
+            // The first form has what is no number.
+            if to <= nearest || (index > 0 && from > farthest) {
+                continue;
+            }
+            found = found.replaced(square, square.constant(from), self.by(form, x));
+        }
+        found
+    }
+
+    /// Whether it is a point's.
+    pub fn is_point(&self) -> bool {
+        matches!(self.forms[0].1, Form::Point)
+    }
+
+    /// The place of the form that a point at a distance needs.
+    #[inline(always)]
+    pub(super) fn level<S: Simd>(&self, distance_square: Lanes<S>) -> Lanes<S> {
+        let c = |value| distance_square.constant(value);
+        let mut level = c(0.0);
+        for &(from, _) in &self.forms[1..] {
+            level = level + distance_square.if_less(c(from), c(0.0), c(1.0));
+        }
+        level
     }
 
     #[inline(always)]
-    fn in_unit<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    pub(super) fn in_unit<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
         let unit = x[0].constant(self.inverse_unit);
         [x[0] * unit, x[1] * unit, x[2] * unit]
     }
 
+    /// By a form, at points in the unit.
     #[inline(always)]
-    fn form(&self, distance_square: f64) -> Form {
-        let mut form = self.forms[0].1;
-        for &(from, farther) in &self.forms[1..] {
-            if distance_square < from {
-                break;
-            }
-            form = farther;
-        }
-        form
-    }
-
-    #[inline(always)]
-    fn by<S: Simd>(&self, form: Form, x: [Lanes<S>; 3]) -> Gravity<S> {
+    pub(super) fn by<S: Simd>(&self, form: Form, x: [Lanes<S>; 3]) -> Gravity<S> {
         let (potential, field, outside) = match form {
             Form::Near(near) => near.anywhere(x),
             Form::Far(cut) => {
                 let (excess, field) = self.series.cut(cut).excess_potential(x);
                 (x[0].constant(1.0) / dot(x, x).sqrt() + excess, field, x[0].constant(1.0))
             }
+            Form::Point => return self.point(x),
         };
         let zero = x[0].constant(0.0);
         let (n, bend) = field.bend(x);
@@ -110,12 +155,31 @@ impl Ellipsoidal {
             gradient: bent(n, three * bend, [three * rd[0], three * rd[1], three * rd[2]]),
         }
     }
+
+    #[inline(always)]
+    fn point<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
+        let c = |value| x[0].constant(value);
+        let largest = x[0].abs().max(x[1].abs()).max(x[2].abs());
+        let shrink = c(1.0) / largest;
+        let u = [x[0] * shrink, x[1] * shrink, x[2] * shrink];
+        let inverse = c(1.0) / dot(u, u).sqrt();
+        let u = [u[0] * inverse, u[1] * inverse, u[2] * inverse];
+        let near = shrink * inverse;
+        let potential = c(self.scales[0]) * near;
+        let pull = c(-self.scales[1]) * near * near;
+        let tide = c(self.scales[2]) * near * near * near;
+        Gravity {
+            potential,
+            field: [pull * u[0], pull * u[1], pull * u[2]],
+            gradient: bent(u, c(3.0) * tide, [tide; 3]),
+        }
+    }
 }
 
 fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
     let longest = ellipsoid.sorted()[0].powi(2);
     let mut forms: Vec<(f64, Form)> = vec![(0.0, Form::Near(Near::new(ellipsoid, 0.0)))];
-    for share in [0.0625, 0.25, 1.0] {
+    for share in NEAR {
         let kappa = share * longest;
         let near = Near::new(ellipsoid, kappa);
         if !matches!(forms.last(), Some((_, Form::Near(last))) if *last == near) {
@@ -132,6 +196,7 @@ fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
             forms.push((longest + kappa, Form::Far(cut)));
         }
     }
+    forms.push((POINT_FROM, Form::Point));
     forms
 }
 

@@ -93,7 +93,7 @@ impl FarSeries {
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
         // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
         let newton = match ratio {
-            r if r < 0.015 => 1,
+            r if r < 0.022 => 1,
             r if r < 0.08 => 2,
             r if r < 0.17 => 3,
             _ => 4,
@@ -145,7 +145,7 @@ pub struct Far<'a> {
 impl Far<'_> {
     /// w - 1 with w = r^2 / (kappa + mean a^2), and 1/r^2.
     #[inline(always)]
-    fn root<S: Simd>(&self, squares: [Lanes<S>; 3]) -> (Lanes<S>, Lanes<S>) {
+    fn root<S: Simd, const N: usize>(&self, squares: [Lanes<S, N>; 3]) -> (Lanes<S, N>, Lanes<S, N>) {
         let [xx, yy, zz] = squares;
         let c = |value| xx.constant(value);
         let inverse = c(1.0) / (xx + yy + zz);
@@ -185,7 +185,7 @@ impl Far<'_> {
 
     /// s_i = 1/u + d_i.
     #[inline(always)]
-    fn squares<S: Simd>(&self, u: Lanes<S>) -> [Lanes<S>; 3] {
+    fn squares<S: Simd, const N: usize>(&self, u: Lanes<S, N>) -> [Lanes<S, N>; 3] {
         let [d1, d2, d3] = self.series.deviation;
         let sbar = u.constant(1.0) / u;
         [sbar + u.constant(d1), sbar + u.constant(d2), sbar + u.constant(d3)]
@@ -194,7 +194,7 @@ impl Far<'_> {
     /// R_i - 1/r^3, what the field has beyond that of a point, and the differences of the R_i, to their own last digits. With
     /// w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
-    pub fn excess_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+    pub fn excess_field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let c = |value| eta.constant(value);
         let w = eta + c(1.0);
@@ -216,7 +216,7 @@ impl Far<'_> {
 
 impl FieldKernel for Far<'_> {
     #[inline(always)]
-    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+    fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let u = (eta + eta.constant(1.0)) * inverse;
         let cube = u * u.sqrt();
@@ -248,7 +248,10 @@ impl FieldKernel for Far<'_> {
 
     /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>) {
+    fn excess_potential<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>) {
         let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let (eta, inverse) = self.root(squares);
         let c = |value| eta.constant(value);

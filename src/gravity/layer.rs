@@ -88,7 +88,7 @@ impl WithSimd for Attraction<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, Vec3, Mat3) {
-        let place = splat_vector(simd, self.x);
+        let place: [Lanes<S>; 3] = splat_vector(simd, self.x);
         let zero = Total::zero(simd);
         let (mut potential, mut field, mut outer) = (zero, [zero; 3], [zero; 6]);
         let mut trace = zero;

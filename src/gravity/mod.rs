@@ -15,45 +15,47 @@
 //! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
 
 mod anywhere;
+mod body_field;
 mod ellipsoidal;
-mod exterior;
 mod far;
 mod layer;
 mod layer_pull;
+mod many;
 mod near;
 mod polyhedral;
 mod pull;
 
 pub use anywhere::Anywhere;
-pub use ellipsoidal::{Ellipsoidal, Gravity, turned, turned_back};
-pub use exterior::ExteriorField;
+pub use body_field::BodyField;
+pub use ellipsoidal::{Ellipsoidal, Gravity};
 pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
 pub use layer_pull::LayerPull;
+pub use many::{Attractor, Points, Wanted};
 pub use near::{Near, kappa};
 pub use polyhedral::{Facets, PolyhedralField};
 pub(crate) use pull::slopes_of_point;
 pub use pull::{BodyPull, ExtendedPull};
 
-use crate::math::lanes::{Lanes, dot};
+use crate::math::lanes::{INTERLEAVED, Lanes, dot};
 use pulp::Simd;
 
 /// The field at one point.
 #[derive(Clone, Copy)]
-pub struct PointField<S: Simd> {
+pub struct PointField<S: Simd, const N: usize = INTERLEAVED> {
     /// R_D(s_j, s_k; s_i) for i = 1, 2, 3: the field is g_i = -x_i R_i.
-    pub rd: [Lanes<S>; 3],
+    pub rd: [Lanes<S, N>; 3],
     /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
-    pub rd_difference: [Lanes<S>; 3],
+    pub rd_difference: [Lanes<S, N>; 3],
     /// s_i = a_i^2 + kappa.
-    pub squares: [Lanes<S>; 3],
+    pub squares: [Lanes<S, N>; 3],
 }
 
-impl<S: Simd> PointField<S> {
+impl<S: Simd, const N: usize> PointField<S, N> {
     /// n and f of the gradient at a point outside, dg_i/dx_j = f n_i n_j - R_i delta_ij: with S = sum x_k^2/s_k^2 they are
     /// n_i = x_i/s_i, normal to the confocal ellipsoid through the point, and f = 3/(sqrt(s_1 s_2 s_3) S).
     #[inline(always)]
-    pub fn bend(&self, x: [Lanes<S>; 3]) -> ([Lanes<S>; 3], Lanes<S>) {
+    pub fn bend(&self, x: [Lanes<S, N>; 3]) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
         let [s1, s2, s3] = self.squares;
         let one = s1.constant(1.0);
         let n = [x[0] * (one / s1), x[1] * (one / s2), x[2] * (one / s3)];
@@ -62,7 +64,7 @@ impl<S: Simd> PointField<S> {
 
     /// dg/dx at a point outside: xx, xy, xz, yy, yz, zz.
     #[inline(always)]
-    pub fn gradient(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 6] {
+    pub fn gradient(&self, x: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 6] {
         let (n, f) = self.bend(x);
         bent(n, f, self.rd)
     }
@@ -93,7 +95,11 @@ impl<S: Simd> PointField<S> {
 
 /// f n_i n_j - R_i delta_ij: xx, xy, xz, yy, yz, zz.
 #[inline(always)]
-fn bent<S: Simd>(n: [Lanes<S>; 3], f: Lanes<S>, rd: [Lanes<S>; 3]) -> [Lanes<S>; 6] {
+fn bent<S: Simd, const N: usize>(
+    n: [Lanes<S, N>; 3],
+    f: Lanes<S, N>,
+    rd: [Lanes<S, N>; 3],
+) -> [Lanes<S, N>; 6] {
     let m = [f * n[0], f * n[1], f * n[2]];
     [m[0] * n[0] - rd[0], m[0] * n[1], m[0] * n[2], m[1] * n[1] - rd[1], m[1] * n[2], m[2] * n[2] - rd[2]]
 }
@@ -101,7 +107,7 @@ fn bent<S: Simd>(n: [Lanes<S>; 3], f: Lanes<S>, rd: [Lanes<S>; 3]) -> [Lanes<S>;
 /// Potential and field of a body of unit GM at as many points as the machine has lanes.
 pub trait FieldKernel: Copy {
     /// The field at points of the canonical frame.
-    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S>;
+    fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N>;
 
     /// The field, and `[R_23, R_31, R_12]` with (a_i^2 - a_j^2) R_ij = R_j - R_i, for equal axes too: the integrals
     /// (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2)(t+a_j^2)) from kappa on.
@@ -111,11 +117,14 @@ pub trait FieldKernel: Copy {
     fn square_differences(&self) -> [f64; 3];
 
     /// Phi - 1/r, and the field beside it.
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>);
+    fn excess_potential<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>);
 
     /// Phi.
     #[inline(always)]
-    fn potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> Lanes<S> {
+    fn potential<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> Lanes<S, N> {
         x[0].constant(1.0) / dot(x, x).sqrt() + self.excess_potential(x).0
     }
 }

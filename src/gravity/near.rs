@@ -37,27 +37,37 @@ impl Near {
     /// Phi, the field, and 1 outside, 0 inside, where kappa is zero and Phi and R_i have the same formulas. What a lane gets
     /// does not depend on the other ones.
     #[inline(always)]
-    pub fn anywhere<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>, Lanes<S>) {
+    pub fn anywhere<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>, Lanes<S, N>) {
         let c = |value| x[0].constant(value);
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let [a2, b2, c2] = self.squares;
         let level = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
-        let outside = level.if_less(c(1.0), c(0.0), c(1.0));
+        // Points meant to lie on the surface may round to just inside it.
+        let surface = c(1.0 - 1e-12);
+        let outside = level.if_less(surface, c(0.0), c(1.0));
         // In place of a point inside the end of the longest axis, where the iteration is at its end.
-        let outer = |inner: f64, x2: Lanes<S>| level.if_less(c(1.0), c(inner), x2);
-        let kappa = root::<S, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
+        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(surface, c(inner), x2);
+        let kappa =
+            root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
         let (phi, field) = self.beyond(x2, kappa);
         (phi, field, outside)
     }
 
     /// Phi and the field from the squares of a point's coordinates.
     #[inline(always)]
-    fn phi<S: Simd>(&self, x2: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>) {
+    fn phi<S: Simd, const N: usize>(&self, x2: [Lanes<S, N>; 3]) -> (Lanes<S, N>, PointField<S, N>) {
         self.beyond(x2, kappa(x2, self.squares))
     }
 
     #[inline(always)]
-    fn beyond<S: Simd>(&self, x2: [Lanes<S>; 3], kappa: Lanes<S>) -> (Lanes<S>, PointField<S>) {
+    fn beyond<S: Simd, const N: usize>(
+        &self,
+        x2: [Lanes<S, N>; 3],
+        kappa: Lanes<S, N>,
+    ) -> (Lanes<S, N>, PointField<S, N>) {
         let [a2, b2, c2] = self.squares;
         let s = [kappa + kappa.constant(a2), kappa + kappa.constant(b2), kappa + kappa.constant(c2)];
         let rd = rd_triple(s, self.duplications);
@@ -69,13 +79,13 @@ impl Near {
 
 /// The largest root of sum x_i^2/(a_i^2 + kappa) = 1, not below zero; `x2` and `a2` are squares.
 #[inline(always)]
-pub fn kappa<S: Simd>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
-    root::<S, false>(x2, a2)
+pub fn kappa<S: Simd, const N: usize>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
+    root::<S, N, false>(x2, a2)
 }
 
 /// The same; where lanes are `APART`, one that has come to its end waits there for the others.
 #[inline(always)]
-fn root<S: Simd, const APART: bool>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S> {
+fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
     let c = |value| x2[0].constant(value);
     let squares = [c(a2[0]), c(a2[1]), c(a2[2])];
     let r2 = x2[0] + x2[1] + x2[2];
@@ -108,7 +118,7 @@ fn root<S: Simd, const APART: bool>(x2: [Lanes<S>; 3], a2: [f64; 3]) -> Lanes<S>
 
 impl FieldKernel for Near {
     #[inline(always)]
-    fn field<S: Simd>(&self, x: [Lanes<S>; 3]) -> PointField<S> {
+    fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
     }
 
@@ -128,7 +138,10 @@ impl FieldKernel for Near {
     }
 
     #[inline(always)]
-    fn excess_potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> (Lanes<S>, PointField<S>) {
+    fn excess_potential<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>) {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let (phi, field) = self.phi(x2);
         let r2 = x2[0] + x2[1] + x2[2];
@@ -137,7 +150,7 @@ impl FieldKernel for Near {
 
     /// Over the middle of a flat body 1/r is many times Phi: added and taken away it would cost that many digits.
     #[inline(always)]
-    fn potential<S: Simd>(&self, x: [Lanes<S>; 3]) -> Lanes<S> {
+    fn potential<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> Lanes<S, N> {
         if self.is_flat() {
             self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).0
         } else {

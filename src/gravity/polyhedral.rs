@@ -42,11 +42,16 @@ pub struct Facets {
     edges: Vec<Vec<f64>>,
     /// Corners (9), unit normal (3), twice the area.
     faces: Vec<Vec<f64>>,
+    /// An end (3) of each edge whose faces do not lie in one plane, the vector to the other end (3), one over its square.
+    sharp: Vec<Vec<f64>>,
     volume: f64,
 }
 
 const EDGE: usize = 13;
 const FACE: usize = 13;
+const SHARP: usize = 7;
+/// Across an edge whose dyad is smaller than this the field is smooth to round-off.
+const FLAT: f64 = 1e-14;
 
 impl Facets {
     /// Of a polyhedron in units of `unit`.
@@ -56,7 +61,7 @@ impl Facets {
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
         let normal = |face: u32| area_vector(corners(face)).normalize();
         // What stands in the place of edges and faces that fill a block has no weight.
-        let mut edges = Columns::new(EDGE);
+        let (mut edges, mut sharp) = (Columns::new(EDGE), Columns::new(SHARP));
         for edge in polyhedron.edges() {
             let [a, b] = edge.ends.map(|v| vertices[v as usize]);
             let along = b - a;
@@ -64,6 +69,10 @@ impl Facets {
             let direction = along.normalize();
             let dyad = n * direction.cross(&n).transpose() - m * direction.cross(&m).transpose();
             let dyad = 0.5 * (dyad + dyad.transpose());
+            if dyad.norm() > FLAT {
+                let inverse = 1.0 / along.norm_squared();
+                sharp.push([a.x, a.y, a.z, along.x, along.y, along.z, inverse]);
+            }
             let [xx, xy, xz] = [dyad[(0, 0)], dyad[(0, 1)], dyad[(0, 2)]];
             let [yy, yz, zz] = [dyad[(1, 1)], dyad[(1, 2)], dyad[(2, 2)]];
             edges.push([a.x, a.y, a.z, b.x, b.y, b.z, along.norm(), xx, xy, xz, yy, yz, zz]);
@@ -75,7 +84,17 @@ impl Facets {
             let n = area.normalize();
             faces.push([a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, n.x, n.y, n.z, area.norm()]);
         }
-        Self { edges: edges.padded(), faces: faces.padded(), volume: polyhedron.volume() / unit.powi(3) }
+        Self {
+            edges: edges.padded(),
+            faces: faces.padded(),
+            sharp: sharp.filled(),
+            volume: polyhedron.volume() / unit.powi(3),
+        }
+    }
+
+    /// Distance of a point from the nearest edge whose faces do not lie in one plane: there alone the exterior potential is singular.
+    pub fn edge_distance(&self, arch: Arch, x: &Vec3) -> f64 {
+        arch.dispatch(NearestEdge { facets: self, x })
     }
 
     /// Everything at a point.
@@ -99,6 +118,15 @@ impl Columns {
 
     fn push<const N: usize>(&mut self, row: [f64; N]) {
         self.0.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+    }
+
+    /// What fills the last block is the first row once more.
+    fn filled(mut self) -> Vec<Vec<f64>> {
+        for column in &mut self.0 {
+            let first = column.first().copied().unwrap_or(0.0);
+            column.resize(column.len().next_multiple_of(BLOCK), first);
+        }
+        self.0
     }
 
     fn padded(mut self) -> Vec<Vec<f64>> {
@@ -190,6 +218,32 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
             gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
             solid_angle: turns.value(),
         }
+    }
+}
+
+struct NearestEdge<'a> {
+    facets: &'a Facets,
+    x: &'a Vec3,
+}
+
+impl WithSimd for NearestEdge<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let (x, sharp) = (splat_vector(simd, self.x), &self.facets.sharp);
+        let c = |value| Lanes::splat(simd, value);
+        // Minus the square: lanes know a maximum.
+        let mut nearest = c(f64::NEG_INFINITY);
+        for block in 0..sharp[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
+            let from: [Lanes<S>; 3] = minus(x, load_vector(simd, &sharp[0..], block));
+            let along = load_vector(simd, &sharp[3..], block);
+            let part = (dot(from, along) * Lanes::load(simd, &sharp[6], block)).max(c(0.0));
+            let part = -(-part).max(c(-1.0));
+            let rest = [from[0] - part * along[0], from[1] - part * along[1], from[2] - part * along[2]];
+            nearest = nearest.max(-dot(rest, rest));
+        }
+        (-nearest.reduce_max()).sqrt()
     }
 }
 

@@ -71,7 +71,7 @@ impl ExtendedPull {
         if square < a * a && (x.x / a).powi(2) + (x.y / b).powi(2) + (x.z / c).powi(2) < 1.0 {
             return None;
         }
-        let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
+        let lanes: [Lanes<Scalar>; 3] = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
         let (field, point) = match self.cut(square - a * a) {
             Some(cut) => (self.series.cut(cut).excess_field(lanes), 0.0),
             None => (Near::new(&self.ellipsoid, 0.0).field(lanes), inverse_cube),

@@ -64,7 +64,7 @@ impl TryFrom<Unchecked> for Tolerance {
 
 /// The controller's memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Controller {
+pub struct Controller {
     /// Error of the last accepted step, in units of the tolerance.
     pub previous: f64,
     /// Whether the last attempt failed.
@@ -77,7 +77,14 @@ const INTEGRAL: f64 = 0.4;
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 5.0;
 
+impl Default for Controller {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Controller {
+    /// Before the first step.
     pub fn new() -> Self {
         Self { previous: 1.0, after_rejection: false }
     }

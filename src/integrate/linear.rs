@@ -5,7 +5,7 @@
 
 use super::tableau::Tableau;
 use crate::error::Result;
-use crate::math::lanes::{Combination, Term, stride};
+use crate::math::rows::{Combination, Term, stride};
 use pulp::Arch;
 
 /// A vector that follows a motion by linear equations.

@@ -17,7 +17,7 @@ mod verner87;
 mod verner98;
 
 pub use composition::{Composition, Flows, KICK_DRIFT_KICK, Scheme};
-pub use control::Tolerance;
+pub use control::{Controller, Tolerance};
 pub use dormand_prince54::DORMAND_PRINCE54;
 pub use fixed::FixedStepper;
 pub use linear::Linear;

@@ -22,7 +22,7 @@ pub struct Segment {
 
 impl Segment {
     /// Room for a vector of this length and a polynomial of that many coefficients.
-    pub(super) fn new(dimension: usize, terms: usize) -> Self {
+    pub fn new(dimension: usize, terms: usize) -> Self {
         Self {
             time: Compensated::default(),
             size: 0.0,
@@ -30,6 +30,29 @@ impl Segment {
             low: vec![0.0; dimension],
             coefficients: vec![0.0; terms.min(MAX_TERMS) * dimension],
         }
+    }
+
+    /// Makes it that of another step: its start, its size, the vector there with what rounding dropped of it, and the coefficients,
+    /// by their order and the number of the vector.
+    pub fn refill(
+        &mut self,
+        (time, size): (f64, f64),
+        (high, low): (&[f64], &[f64]),
+        coefficient: impl Fn(usize, usize) -> f64,
+    ) {
+        self.time = Compensated::new(time);
+        self.size = size;
+        self.high.copy_from_slice(high);
+        self.low.copy_from_slice(low);
+        let dimension = self.high.len();
+        for (index, value) in self.coefficients.iter_mut().enumerate() {
+            *value = coefficient(index / dimension, index % dimension);
+        }
+    }
+
+    /// The coefficients: c_0 of the whole vector, then c_1, and so on.
+    pub fn coefficients(&self) -> &[f64] {
+        &self.coefficients
     }
 
     /// Time at which the step begins.
@@ -93,6 +116,23 @@ impl Segment {
             (previous, present) = (present, 2.0 * x * present - previous);
         }
         basis
+    }
+
+    /// The rate of change of the vector at a fraction of the step. Allocates nothing.
+    ///
+    /// With x = 2 theta - 1 the derivative of theta T_k(x) is T_k(x) + 2 theta k U_(k-1)(x).
+    pub fn rate(&self, theta: f64, out: &mut [f64]) {
+        let x = 2.0 * theta - 1.0;
+        let (mut previous, mut present) = (x, 1.0);
+        // U_(k-2) and U_(k-1).
+        let (mut before, mut second) = (-1.0, 0.0);
+        out.fill(0.0);
+        for (k, row) in self.coefficients.chunks_exact(self.high.len()).enumerate() {
+            let value = present + 2.0 * theta * k as f64 * second;
+            out.iter_mut().zip(row).for_each(|(o, c)| *o += value * c);
+            (previous, present) = (present, 2.0 * x * present - previous);
+            (before, second) = (second, 2.0 * x * second - before);
+        }
     }
 
     /// One number of the vector where the basis was taken, the same as of [`Self::at`].

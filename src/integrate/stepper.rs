@@ -5,7 +5,7 @@ use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{Compensated, two_sum};
-use crate::math::lanes::{self, LargestChanges, Term, WeightedRows, stride};
+use crate::math::rows::{Advance, Increments, LargestChanges, Term, WeightedRows, stride};
 use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
@@ -143,6 +143,8 @@ pub struct Stepper {
     terms: Vec<Vec<Term>>,
     /// Whether a stage has a weight in the solution or in its interpolant.
     counts: Vec<bool>,
+    /// The vector of the last step's start in both its parts, of the length of a row.
+    from: [Vec<f64>; 2],
     trial: Vec<f64>,
     /// What the coefficients' low parts add to it.
     tail: Vec<f64>,
@@ -196,6 +198,7 @@ impl Stepper {
             counts: counts(tableau),
             stages: vec![0.0; all_stages * stride(dimension)],
             fresh: false,
+            from: [vec![0.0; stride(dimension)], vec![0.0; stride(dimension)]],
             trial: vec![0.0; stride(dimension)],
             tail: vec![0.0; stride(dimension)],
             last: Segment::new(dimension, tableau.interpolant.terms()),
@@ -437,6 +440,8 @@ impl Stepper {
         self.last.size = size;
         self.last.high.copy_from_slice(&self.high);
         self.last.low.copy_from_slice(&self.low);
+        self.from[0][..dimension].copy_from_slice(&self.high);
+        self.from[1][..dimension].copy_from_slice(&self.low);
         let first = usize::from(self.fresh);
         self.known = first;
         let work = equations.work() * self.tableau.stages as u64;
@@ -475,24 +480,20 @@ impl Stepper {
 
     /// y + size sum_j a_ij k_j, of the numbers that matter.
     fn fill_trial(&mut self, equations: &impl Equations, stage: usize, size: f64) {
-        let dependent = equations.dependent(self.high.len());
-        self.combine(equations.arch(), stage, dependent);
-        let vector = self.last.high[..dependent].iter().zip(&self.last.low);
-        for ((t, tail), (high, low)) in self.trial.iter_mut().zip(&self.tail).zip(vector) {
-            *t = high + ((low + size * tail) + size * *t);
-        }
-    }
-
-    /// Sums of the rates of the first numbers by a row of `terms`, and by the weights' low parts, into `trial` and `tail`.
-    fn combine(&mut self, arch: Arch, row: usize, numbers: usize) {
-        let (terms, rows, stride) = (&self.terms[row], &self.stages, self.trial.len());
-        let (out, tail) =
-            (&mut self.trial[..lanes::stride(numbers)], &mut self.tail[..lanes::stride(numbers)]);
-        arch.dispatch(WeightedRows { terms, rows, stride, out, tail });
+        let numbers = stride(equations.dependent(self.high.len()));
+        let [high, low] = &self.from;
+        equations.arch().dispatch(Advance {
+            rows: WeightedRows { terms: &self.terms[stage], rows: &self.stages, stride: self.trial.len() },
+            from: [&high[..numbers], &low[..numbers]],
+            size,
+            out: &mut self.trial[..numbers],
+        });
     }
 
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
-        self.combine(equations.arch(), self.tableau.a.len(), self.high.len());
+        let (terms, stride) = (&self.terms[self.tableau.a.len()], self.trial.len());
+        let rows = WeightedRows { terms, rows: &self.stages, stride };
+        equations.arch().dispatch(Increments(rows, [&mut self.trial, &mut self.tail]));
         let vector = self.high.iter_mut().zip(self.low.iter_mut());
         for ((increment, tail), (high, low)) in self.trial.iter().zip(&self.tail).zip(vector) {
             let (sum, error) = two_sum(*high, size * increment);

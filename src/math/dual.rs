@@ -16,7 +16,7 @@ pub trait Number:
     fn sqrt(self) -> Self;
 }
 
-impl<S: Simd> Number for Lanes<S> {
+impl<S: Simd, const N: usize> Number for Lanes<S, N> {
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
         Lanes::constant(self, value)

@@ -6,8 +6,8 @@
 
 use super::Vec3;
 use crate::names::Named;
-use pulp::{Arch, Simd, WithSimd};
-use std::ops::{Add, Div, Mul, Neg, Range, Sub};
+use pulp::{Arch, Simd};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The longest block that any path works on, in doubles; node lists are padded to a multiple of it.
 pub const BLOCK: usize = 8 * INTERLEAVED;
@@ -24,74 +24,81 @@ pub enum VectorPath {
     Avx2,
     /// AVX-512, eight lanes.
     Avx512,
+    /// NEON of 64-bit ARM, two lanes.
+    Neon,
+    /// The vectors of WebAssembly, two lanes.
+    Simd128,
 }
 
 impl Named for VectorPath {
     const WHAT: &'static str = "vector_path";
-    const NAMES: &'static [(&'static str, Self)] =
-        &[("auto", Self::Auto), ("portable", Self::Portable), ("avx2", Self::Avx2), ("avx512", Self::Avx512)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("auto", Self::Auto),
+        ("portable", Self::Portable),
+        ("avx2", Self::Avx2),
+        ("avx512", Self::Avx512),
+        ("neon", Self::Neon),
+        ("simd128", Self::Simd128),
+    ];
 }
 
 impl VectorPath {
     /// Every path that this machine can run, the portable one first.
     pub fn available() -> Vec<Self> {
-        [Self::Portable, Self::Avx2, Self::Avx512].into_iter().filter(|p| p.arch().is_some()).collect()
+        let paths = Self::NAMES.iter().map(|&(_, path)| path).filter(|&path| path != Self::Auto);
+        paths.filter(|path| path.arch().is_some()).collect()
     }
 
     /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(target_arch = "x86_64")]
     pub fn arch(self) -> Option<Arch> {
         match self {
             Self::Auto => Some(Arch::new()),
             Self::Portable => Some(Arch::Scalar),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx2 => pulp::x86::V3::try_new().map(Arch::V3),
+            #[cfg(target_arch = "x86_64")]
             Self::Avx512 => pulp::x86::V4::try_new().map(Arch::V4),
-        }
-    }
-
-    /// The dispatcher of this path, or `None` where the machine lacks it.
-    #[cfg(not(target_arch = "x86_64"))]
-    pub fn arch(self) -> Option<Arch> {
-        match self {
-            Self::Auto => Some(Arch::new()),
-            Self::Portable => Some(Arch::Scalar),
-            Self::Avx2 | Self::Avx512 => None,
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => pulp::aarch64::Neon::try_new().map(Arch::Neon),
+            #[cfg(target_arch = "wasm32")]
+            Self::Simd128 => pulp::wasm::Simd128::try_new().map(Arch::Simd128),
+            _ => None,
         }
     }
 }
 
-/// Registers that are worked on side by side, so that the latency of one hides behind the other's work.
-const INTERLEAVED: usize = 2;
+/// Registers that are worked on side by side unless more are named, so that the latency of one hides behind the other's work.
+pub const INTERLEAVED: usize = 2;
 
-/// A block of doubles with the arithmetic operators: `INTERLEAVED` registers.
+/// A block of doubles with the arithmetic operators: `N` registers.
 #[derive(Clone, Copy)]
-pub struct Lanes<S: Simd> {
+pub struct Lanes<S: Simd, const N: usize = INTERLEAVED> {
     simd: S,
-    raw: [S::f64s; INTERLEAVED],
+    raw: [S::f64s; N],
 }
 
-impl<S: Simd> Lanes<S> {
+impl<S: Simd, const N: usize> Lanes<S, N> {
     /// The same value in every lane.
     #[inline(always)]
     pub fn splat(simd: S, value: f64) -> Self {
-        Self { simd, raw: [simd.splat_f64s(value); INTERLEAVED] }
+        Self { simd, raw: [simd.splat_f64s(value); N] }
     }
 
     /// How many of these make up [`BLOCK`] doubles.
-    pub const PER_BLOCK: usize = BLOCK / (INTERLEAVED * S::F64_LANES);
+    pub const PER_BLOCK: usize = BLOCK / (N * S::F64_LANES);
 
     /// The block with this number of a slice of whole blocks.
     #[inline(always)]
     pub fn load(simd: S, values: &[f64], block: usize) -> Self {
         let (registers, _) = S::as_simd_f64s(values);
-        Self { simd, raw: registers.as_chunks::<INTERLEAVED>().0[block] }
+        Self { simd, raw: registers.as_chunks::<N>().0[block] }
     }
 
     /// The blocks of a slice whose length is a multiple of [`BLOCK`].
     #[inline(always)]
     pub fn blocks(simd: S, values: &[f64]) -> impl Iterator<Item = Self> {
         let (registers, _) = S::as_simd_f64s(values);
-        registers.as_chunks::<INTERLEAVED>().0.iter().map(
+        registers.as_chunks::<N>().0.iter().map(
             #[inline(always)]
             move |&raw| Self { simd, raw },
         )
@@ -101,7 +108,7 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub fn store(self, values: &mut [f64], block: usize) {
         let (registers, _) = S::as_mut_simd_f64s(values);
-        registers[INTERLEAVED * block..][..INTERLEAVED].copy_from_slice(&self.raw);
+        registers[N * block..][..N].copy_from_slice(&self.raw);
     }
 
     /// A constant beside this block.
@@ -113,7 +120,7 @@ impl<S: Simd> Lanes<S> {
     /// `self * b + c`, fused where the path has it.
     #[inline(always)]
     pub fn mul_add(mut self, b: Self, c: Self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             self.raw[k] = self.simd.mul_add_e_f64s(self.raw[k], b.raw[k], c.raw[k]);
         }
         self
@@ -122,7 +129,7 @@ impl<S: Simd> Lanes<S> {
     /// Square root.
     #[inline(always)]
     pub fn sqrt(mut self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             self.raw[k] = self.simd.sqrt_f64s(self.raw[k]);
         }
         self
@@ -131,8 +138,17 @@ impl<S: Simd> Lanes<S> {
     /// The larger of two, lane by lane.
     #[inline(always)]
     pub fn max(mut self, other: Self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             self.raw[k] = self.simd.max_f64s(self.raw[k], other.raw[k]);
+        }
+        self
+    }
+
+    /// The smaller of two, lane by lane.
+    #[inline(always)]
+    pub fn min(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.raw[k] = self.simd.min_f64s(self.raw[k], other.raw[k]);
         }
         self
     }
@@ -140,7 +156,7 @@ impl<S: Simd> Lanes<S> {
     /// Absolute value.
     #[inline(always)]
     pub fn abs(mut self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             self.raw[k] = self.simd.abs_f64s(self.raw[k]);
         }
         self
@@ -149,7 +165,7 @@ impl<S: Simd> Lanes<S> {
     /// `then` where `self < than`, and `otherwise` in the other lanes.
     #[inline(always)]
     pub fn if_less(mut self, than: Self, then: Self, otherwise: Self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             let mask = self.simd.less_than_f64s(self.raw[k], than.raw[k]);
             self.raw[k] = self.simd.select_f64s(mask, then.raw[k], otherwise.raw[k]);
         }
@@ -159,7 +175,11 @@ impl<S: Simd> Lanes<S> {
     /// Largest lane.
     #[inline(always)]
     pub fn reduce_max(self) -> f64 {
-        self.simd.reduce_max_f64s(self.simd.max_f64s(self.raw[0], self.raw[1]))
+        let mut largest = self.raw[0];
+        for k in 1..N {
+            largest = self.simd.max_f64s(largest, self.raw[k]);
+        }
+        self.simd.reduce_max_f64s(largest)
     }
 
     /// Smallest lane.
@@ -177,11 +197,11 @@ impl<S: Simd> Lanes<S> {
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $function:ident) => {
-        impl<S: Simd> $trait for Lanes<S> {
+        impl<S: Simd, const N: usize> $trait for Lanes<S, N> {
             type Output = Self;
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
-                for k in 0..INTERLEAVED {
+                for k in 0..N {
                     self.raw[k] = self.simd.$function(self.raw[k], other.raw[k]);
                 }
                 self
@@ -194,11 +214,11 @@ operator!(Sub, sub, sub_f64s);
 operator!(Mul, mul, mul_f64s);
 operator!(Div, div, div_f64s);
 
-impl<S: Simd> Neg for Lanes<S> {
+impl<S: Simd, const N: usize> Neg for Lanes<S, N> {
     type Output = Self;
     #[inline(always)]
     fn neg(mut self) -> Self {
-        for k in 0..INTERLEAVED {
+        for k in 0..N {
             self.raw[k] = self.simd.neg_f64s(self.raw[k]);
         }
         self
@@ -221,16 +241,16 @@ impl<S: Simd> Total<S> {
 
     /// Adds a block.
     #[inline(always)]
-    pub fn add(&mut self, a: Lanes<S>) {
-        for k in 0..INTERLEAVED {
+    pub fn add<const N: usize>(&mut self, a: Lanes<S, N>) {
+        for k in 0..N {
             self.raw = self.simd.add_f64s(self.raw, a.raw[k]);
         }
     }
 
     /// Adds the products of two blocks.
     #[inline(always)]
-    pub fn add_product(&mut self, a: Lanes<S>, b: Lanes<S>) {
-        for k in 0..INTERLEAVED {
+    pub fn add_product<const N: usize>(&mut self, a: Lanes<S, N>, b: Lanes<S, N>) {
+        for k in 0..N {
             self.raw = self.simd.mul_add_e_f64s(a.raw[k], b.raw[k], self.raw);
         }
     }
@@ -247,10 +267,13 @@ impl<S: Simd> Total<S> {
 
 /// Horner's rule for several polynomials at once, coefficients in ascending powers; an empty list is zero.
 #[inline(always)]
-pub fn polynomials<S: Simd, const N: usize>(coefficients: &[[f64; N]], x: Lanes<S>) -> [Lanes<S>; N] {
-    let mut sums = [x.constant(0.0); N];
+pub fn polynomials<S: Simd, const N: usize, const K: usize>(
+    coefficients: &[[f64; K]],
+    x: Lanes<S, N>,
+) -> [Lanes<S, N>; K] {
+    let mut sums = [x.constant(0.0); K];
     for row in coefficients.iter().rev() {
-        for i in 0..N {
+        for i in 0..K {
             sums[i] = sums[i].mul_add(x, x.constant(row[i]));
         }
     }
@@ -259,13 +282,13 @@ pub fn polynomials<S: Simd, const N: usize>(coefficients: &[[f64; N]], x: Lanes<
 
 /// The same vector in every lane.
 #[inline(always)]
-pub fn splat_vector<S: Simd>(simd: S, v: &Vec3) -> [Lanes<S>; 3] {
+pub fn splat_vector<S: Simd, const N: usize>(simd: S, v: &Vec3) -> [Lanes<S, N>; 3] {
     [Lanes::splat(simd, v.x), Lanes::splat(simd, v.y), Lanes::splat(simd, v.z)]
 }
 
 /// The vectors of a block of three lists of coordinates.
 #[inline(always)]
-pub fn load_vector<S: Simd>(simd: S, lists: &[Vec<f64>], block: usize) -> [Lanes<S>; 3] {
+pub fn load_vector<S: Simd, const N: usize>(simd: S, lists: &[Vec<f64>], block: usize) -> [Lanes<S, N>; 3] {
     [
         Lanes::load(simd, &lists[0], block),
         Lanes::load(simd, &lists[1], block),
@@ -275,19 +298,19 @@ pub fn load_vector<S: Simd>(simd: S, lists: &[Vec<f64>], block: usize) -> [Lanes
 
 /// Difference.
 #[inline(always)]
-pub fn minus<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+pub fn minus<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// Vector product.
 #[inline(always)]
-pub fn cross<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+pub fn cross<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Scalar product.
 #[inline(always)]
-pub fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
+pub fn dot<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) -> Lanes<S, N> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
@@ -295,130 +318,4 @@ pub fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
 #[inline(always)]
 pub fn total_vector<S: Simd>(v: [Total<S>; 3]) -> Vec3 {
     Vec3::new(v[0].value(), v[1].value(), v[2].value())
-}
-
-/// Registers of a row that are summed side by side.
-const COLUMNS: usize = 4;
-
-/// Length of rows that can be summed in whole groups of registers on every path.
-pub fn stride(length: usize) -> usize {
-    length.next_multiple_of(8 * COLUMNS)
-}
-
-/// Largest differences of rows from the first one, in the columns of a range.
-pub struct LargestChanges<'a> {
-    /// Rows, one after the other, each of the length of `out`, a [`stride`].
-    pub rows: &'a [f64],
-    /// The columns that are wanted.
-    pub range: Range<usize>,
-    /// The differences; the numbers in other columns mean nothing.
-    pub out: &'a mut [f64],
-}
-
-impl WithSimd for LargestChanges<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0;
-        let out = S::as_mut_simd_f64s(self.out).0;
-        let width = out.len();
-        let columns = self.range.start / S::F64_LANES..self.range.end.div_ceil(S::F64_LANES);
-        for column in columns {
-            let first = rows[column];
-            let mut largest = simd.splat_f64s(0.0);
-            let mut place = column + width;
-            while place < rows.len() {
-                largest = simd.max_f64s(largest, simd.abs_f64s(simd.sub_f64s(rows[place], first)));
-                place += width;
-            }
-            out[column] = largest;
-        }
-    }
-}
-
-/// A term of a weighted sum of rows.
-#[derive(Debug, Clone, Copy)]
-pub struct Term {
-    /// The row.
-    pub row: usize,
-    /// Its weight.
-    pub weight: f64,
-    /// What rounding dropped of the weight.
-    pub low: f64,
-}
-
-/// Weighted sums of rows: `out` by the weights, `tail` by their low parts.
-pub struct WeightedRows<'a> {
-    /// The terms of the sum.
-    pub terms: &'a [Term],
-    /// Rows, one after the other.
-    pub rows: &'a [f64],
-    /// Length of a row, a [`stride`].
-    pub stride: usize,
-    /// Sum by the weights, of as many columns as this has: a [`stride`] too.
-    pub out: &'a mut [f64],
-    /// Sum by the low parts.
-    pub tail: &'a mut [f64],
-}
-
-impl WithSimd for WeightedRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let tail = S::as_mut_simd_f64s(self.tail).0.as_chunks_mut::<COLUMNS>().0;
-        let width = rows.len() * self.stride / self.rows.len();
-        for (column, (out, tail)) in out.iter_mut().zip(tail).enumerate() {
-            let zero = simd.splat_f64s(0.0);
-            let (mut sum, mut rest) = ([zero; COLUMNS], [zero; COLUMNS]);
-            for term in self.terms {
-                let (weight, low) = (simd.splat_f64s(term.weight), simd.splat_f64s(term.low));
-                let values = &rows[term.row * width + column];
-                for k in 0..COLUMNS {
-                    sum[k] = simd.mul_add_e_f64s(weight, values[k], sum[k]);
-                    rest[k] = simd.mul_add_e_f64s(low, values[k], rest[k]);
-                }
-            }
-            (*out, *tail) = (sum, rest);
-        }
-    }
-}
-
-/// A weighted sum of rows of the length of `out`, times a size, added to a start.
-pub struct Combination<'a> {
-    /// The terms of the sum; low parts are left out.
-    pub terms: &'a [Term],
-    /// Rows, one after the other.
-    pub rows: &'a [f64],
-    /// The factor of the sum.
-    pub size: f64,
-    /// What it is added to.
-    pub start: &'a [f64],
-    /// The result; a [`stride`] is its length.
-    pub out: &'a mut [f64],
-}
-
-impl WithSimd for Combination<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let start = S::as_simd_f64s(self.start).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let width = out.len();
-        for (column, (out, start)) in out.iter_mut().zip(start).enumerate() {
-            *out = *start;
-            for term in self.terms {
-                let weight = simd.splat_f64s(self.size * term.weight);
-                let values = &rows[term.row * width + column];
-                for k in 0..COLUMNS {
-                    out[k] = simd.mul_add_e_f64s(weight, values[k], out[k]);
-                }
-            }
-        }
-    }
 }

@@ -1,4 +1,4 @@
-//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid harmonics, lanes (SIMD).
+//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid harmonics, lanes and rows (SIMD).
 //!
 //! Takes and gives plain numbers and `nalgebra` vectors.
 
@@ -11,7 +11,9 @@ pub mod logarithm;
 pub mod matrix;
 pub mod monomials;
 pub mod rotation;
+pub mod rows;
 pub mod spline;
+pub mod stumpff;
 pub mod triangle;
 
 /// A vector of three doubles.

@@ -36,7 +36,7 @@ pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
     Vec3::new(row(0), row(1), row(2))
 }
 
-/// The same with the transposed matrix: the turn back.
+/// The product of a transposed matrix and a vector: the turn back.
 #[inline(always)]
 pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {
     let column = |i: usize| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z;

@@ -3,8 +3,10 @@
 use super::Store;
 use crate::error::{Error, Result};
 use crate::gravity::{Facets, FarSeries, Layer};
-use crate::math::Mat3;
+use crate::math::rotation::turned_back;
+use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
+use crate::quadrature::focal_distance;
 use crate::shape::{Ellipsoid, Polyhedron, Shape};
 use pulp::Arch;
 use std::sync::Arc;
@@ -14,7 +16,10 @@ use std::sync::Arc;
 pub struct BodyGravity {
     pub(super) name: String,
     pub(super) shape: Shape,
+    /// From the body frame into the one in which its axes are sorted.
     pub(super) canonical: Mat3,
+    /// Whether they are in the body frame.
+    sorted: bool,
     pub(super) series: Arc<FarSeries>,
     /// Of a polyhedron in a pair.
     pub(super) facets: Option<Arc<Facets>>,
@@ -28,8 +33,9 @@ impl BodyGravity {
             Shape::Ellipsoid(e) => e.canonical(),
             Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
         };
+        let sorted = canonical == Mat3::identity();
         let (series, store) = (store.series(shape), store.clone());
-        Self { name: name.to_owned(), shape: shape.clone(), canonical, series, facets: None, store }
+        Self { name: name.to_owned(), shape: shape.clone(), canonical, sorted, series, facets: None, store }
     }
 
     /// The same in units of `unit`, with a polyhedron's facets.
@@ -37,6 +43,24 @@ impl BodyGravity {
         let mut scaled = Self::new(&self.name, &self.shape.scaled(1.0 / unit), &self.store);
         scaled.facets = scaled.polyhedron().map(|polyhedron| Arc::new(Facets::new(polyhedron, 1.0)));
         scaled
+    }
+
+    /// A vector of the canonical frame, in the body frame.
+    #[inline(always)]
+    pub(super) fn from_canonical(&self, v: Vec3) -> Vec3 {
+        if self.sorted { v } else { turned_back(&self.canonical, &v) }
+    }
+
+    /// What turns another frame into the body's, as what turns it into the canonical one.
+    #[inline(always)]
+    pub(super) fn into_canonical(&self, turn: Mat3) -> Mat3 {
+        if self.sorted { turn } else { self.canonical * turn }
+    }
+
+    /// What turns the body frame into another, as what turns the canonical one into it.
+    #[inline(always)]
+    pub(super) fn out_of_canonical(&self, turn: Mat3) -> Mat3 {
+        if self.sorted { turn } else { turn * self.canonical.transpose() }
     }
 
     pub(super) fn polyhedron(&self) -> Option<&Polyhedron> {
@@ -58,6 +82,19 @@ impl BodyGravity {
         match &self.shape {
             Shape::Ellipsoid(e) => Some(e),
             Shape::Polyhedron(_) | Shape::Point => None,
+        }
+    }
+
+    /// A bound from below of the distance of a point of the canonical frame from where the exterior potential is singular.
+    pub(super) fn singular_distance(&self, arch: Arch, x: &Vec3) -> f64 {
+        /// Beyond so many radii the sphere around the body is near enough.
+        const FAR: f64 = 3.0;
+        let (distance, radius) = (x.norm(), self.shape.focal_reach());
+        match (&self.facets, self.ellipsoid()) {
+            _ if distance > FAR * radius => distance - radius,
+            (Some(facets), _) => facets.edge_distance(arch, x),
+            (None, Some(ellipsoid)) => focal_distance(ellipsoid, x),
+            (None, None) => distance,
         }
     }
 

@@ -8,7 +8,9 @@ use crate::error::{Error, Result};
 use crate::gravity::Near;
 use crate::math::Vec3;
 use crate::patience::Patience;
-use crate::quadrature::{Order, closest_confocal, focal_degree, focal_vectors, guess_degree, surface_degree};
+use crate::quadrature::{
+    Order, closest_confocal, focal_degrees, focal_vectors, guess_degree, surface_degree,
+};
 
 /// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
 pub const MAX_RULE_DEGREE: usize = 400;
@@ -52,7 +54,9 @@ impl Pair {
             order,
             degree: memory.degree as usize,
             carrier,
+            points: nodes.len(),
             nodes,
+            begins: Vec::new(),
             kernel,
             valid_from: memory.valid_from,
         });
@@ -92,67 +96,75 @@ impl Pair {
         }
         match (self.fixed, self.by_bounds(&scaled)) {
             (Some(order), choice) => {
-                let (integrated, degree) = choice.unwrap_or_else(|| self.by_guess(&scaled));
+                let (integrated, [degree, _]) = choice.unwrap_or_else(|| self.by_guess(&scaled));
                 self.adopt(integrated, degree, order, reach, patience)
             }
-            (None, Some((integrated, degree))) => {
-                let keep = self.rule.as_ref().is_some_and(|rule| {
-                    rule.integrated == integrated && (degree..=degree + SLACK).contains(&rule.degree)
-                });
-                let degree = match &self.rule {
-                    Some(rule) if keep => rule.degree,
-                    _ => degree,
-                };
-                self.adopt(integrated, degree, self.order(integrated, degree), reach, patience)
+            (None, Some((integrated, degrees))) => {
+                let kept = self.rule.as_ref().filter(|rule| self.suits(rule, integrated, degrees));
+                let (degree, order) = kept.map_or_else(
+                    || (degrees[0], self.order(integrated, degrees)),
+                    |rule| (rule.degree, rule.order),
+                );
+                self.adopt(integrated, degree, order, reach, patience)
             }
             (None, None) => self.by_comparison(&scaled, reach, patience),
         }
     }
 
-    /// The body to integrate over and the degree, where a bound gives them.
-    fn by_bounds(&self, pose: &Pose) -> Option<(usize, usize)> {
-        let degree = |integrated: usize| {
+    /// Whether a rule stays in use where these degrees are needed.
+    fn suits(&self, rule: &Rule, integrated: usize, [degree, radial]: [usize; 2]) -> bool {
+        let gauss = |more: usize| self.order(integrated, [degree + more, radial + more]).gauss;
+        rule.integrated == integrated
+            && (degree..=degree + SLACK).contains(&rule.degree)
+            && (gauss(0)..=gauss(SLACK)).contains(&rule.order.gauss)
+    }
+
+    /// The body to integrate over and the degrees, of all directions and in the radius, where bounds give them.
+    fn by_bounds(&self, pose: &Pose) -> Option<(usize, [usize; 2])> {
+        let degrees = |integrated: usize| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let Some(ellipsoid) = set.ellipsoid() else {
                 // The surface method integrates over a surface wherever there is one.
-                return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some(0);
+                return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some([0; 2]);
             };
             let roles = self.roles(integrated, pose);
             let centre = roles.turn.transpose() * roles.origin;
             let other = field.focal_axes()[0];
             match self.method {
-                Method::Surface => surface_degree(ellipsoid, &centre, other, self.tolerance),
-                _ if ellipsoid.focal_axes()[0] == 0.0 => Some(0),
-                _ => focal_degree(ellipsoid, &centre, other, self.tolerance),
+                Method::Surface => {
+                    surface_degree(ellipsoid, &centre, other, self.tolerance).map(|degree| [degree; 2])
+                }
+                _ if ellipsoid.focal_axes()[0] == 0.0 => Some([0; 2]),
+                _ => focal_degrees(ellipsoid, &centre, other, self.tolerance),
             }
         };
-        self.cheaper([degree(0), degree(1)], pose.separation.norm())
+        self.cheaper([degrees(0), degrees(1)], pose.separation.norm())
     }
 
-    /// The body to integrate over and a first guess of the degree, by the rate of the confocal family.
-    fn by_guess(&self, pose: &Pose) -> (usize, usize) {
-        let degree = |integrated: usize| {
+    /// The body to integrate over and a first guess of the degrees, by the rate of the confocal family.
+    fn by_guess(&self, pose: &Pose) -> (usize, [usize; 2]) {
+        let degrees = |integrated: usize| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let ellipsoid = set.ellipsoid()?;
             let roles = self.roles(integrated, pose);
             let from_field = roles.turn.transpose();
             let [p, q] = field.ellipsoid().map_or([Vec3::zeros(); 2], |e| focal_vectors(e, &from_field));
             let kappa = closest_confocal(ellipsoid, &(from_field * -roles.origin), &p, &q);
-            Some(guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance))
+            Some([guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance); 2])
         };
-        self.cheaper([degree(0), degree(1)], pose.separation.norm()).unwrap_or((0, MAX_RULE_DEGREE))
+        self.cheaper([degrees(0), degrees(1)], pose.separation.norm()).unwrap_or((0, [MAX_RULE_DEGREE; 2]))
     }
 
     /// The lower of two degrees; the body in use stays unless the other one is clearly better.
-    fn cheaper(&self, degrees: [Option<usize>; 2], reach: f64) -> Option<(usize, usize)> {
+    fn cheaper(&self, degrees: [Option<[usize; 2]>; 2], reach: f64) -> Option<(usize, [usize; 2])> {
         let in_use = self.rule.as_ref().map(|rule| rule.integrated);
         let cost = |integrated: usize| {
             let hysteresis = if in_use.is_some_and(|used| used != integrated) { SLACK } else { 0 };
-            let degree = degrees[integrated].filter(|_| self.turns(integrated, reach));
-            degree.map(|degree| (degree + hysteresis, integrated))
+            let degrees = degrees[integrated].filter(|_| self.turns(integrated, reach));
+            degrees.map(|[degree, _]| (degree + hysteresis, integrated))
         };
         let (_, integrated) = [cost(0), cost(1)].into_iter().flatten().min()?;
-        degrees[integrated].map(|degree| (integrated, degree))
+        degrees[integrated].map(|degrees| (integrated, degrees))
     }
 
     /// Whether the torque on the field's body keeps its digits. It is made from differences of the R_i, which agree
@@ -165,18 +177,17 @@ impl Pair {
 
     /// Raises the degree until a rule agrees with a finer one.
     fn by_comparison(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
-        let (integrated, guess) = self.by_guess(pose);
+        let (integrated, [guess, _]) = self.by_guess(pose);
         let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
         let mut level = LADDER
             .iter()
             .position(|&d| d >= in_use.unwrap_or(guess))
             .unwrap_or(LADDER.len() - 2)
             .min(LADDER.len() - 2);
-        self.adopt(integrated, LADDER[level], self.order(integrated, LADDER[level]), reach, patience)?;
+        self.adopt_degree(integrated, LADDER[level], reach, patience)?;
         let mut coarse = self.asking(pose, patience)?;
         while level + 1 < LADDER.len() {
-            let degree = LADDER[level + 1];
-            self.adopt(integrated, degree, self.order(integrated, degree), reach, patience)?;
+            self.adopt_degree(integrated, LADDER[level + 1], reach, patience)?;
             let fine = self.asking(pose, patience)?;
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
@@ -189,7 +200,7 @@ impl Pair {
                 } else {
                     LADDER[level]
                 };
-                return self.adopt(integrated, degree, self.order(integrated, degree), reach, patience);
+                return self.adopt_degree(integrated, degree, reach, patience);
             }
             coarse = fine;
             level += 1;
@@ -218,12 +229,23 @@ impl Pair {
         fine: &Interaction,
         patience: &mut Patience,
     ) -> Result<bool> {
-        self.adopt(integrated, degree, self.order(integrated, degree), reach, patience)?;
+        self.adopt_degree(integrated, degree, reach, patience)?;
         Ok(self.difference(&self.asking(pose, patience)?, fine) <= 0.1 * self.tolerance)
     }
 
-    fn order(&self, integrated: usize, degree: usize) -> Order {
-        order_for(self.carriers[integrated], degree)
+    fn order(&self, integrated: usize, degrees: [usize; 2]) -> Order {
+        order_for(self.carriers[integrated], degrees)
+    }
+
+    /// Puts the rule in force that is exact to one degree in all directions.
+    fn adopt_degree(
+        &mut self,
+        integrated: usize,
+        degree: usize,
+        reach: f64,
+        patience: &mut Patience,
+    ) -> Result<()> {
+        self.adopt(integrated, degree, self.order(integrated, [degree; 2]), reach, patience)
     }
 
     /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
@@ -249,7 +271,9 @@ impl Pair {
         let everywhere = nodes.len() == 1 && field.focal_axes()[0] == 0.0 && field.polyhedron().is_none();
         let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
         let kernel = self.kernel_of(integrated, valid_from, patience)?;
-        self.rule = Some(Rule { integrated, order, degree, carrier, nodes, kernel, valid_from });
+        let (points, begins) = (nodes.len(), Vec::new());
+        self.rule =
+            Some(Rule { integrated, order, degree, carrier, nodes, points, begins, kernel, valid_from });
         Ok(())
     }
 
@@ -288,12 +312,12 @@ impl Pair {
     }
 }
 
-/// The order of a carrier's nodes for a polynomial degree.
-pub(super) fn order_for(carrier: Carrier, degree: usize) -> Order {
+/// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
+pub(super) fn order_for(carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
     match carrier {
         Carrier::Pressures => Order::surface(degree),
         // The density is of degree 2, the field's moments are by one higher than the potential's.
         Carrier::Surface(_) => Order::surface(degree + 3),
-        _ => Order::focal(degree),
+        _ => Order::focal([degree, radial]),
     }
 }

@@ -9,28 +9,72 @@
 //! integrated in closed form, and the monopole exerts no torque on its own body.
 
 use super::surface::{BeyondLinear, flux, place};
-use super::{Balance, Roles};
+use super::{Balance, BodyGravity, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{BLOCK, Lanes, Total, cross, dot, load_vector, splat_vector, total_vector};
-use crate::quadrature::Nodes;
+use crate::quadrature::{Cell, Cells, Demand, Nodes};
+use crate::shape::Polyhedron;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
-/// The share of some nodes, whole blocks of them, in force and torques. What is in closed form belongs to the first.
+/// The faces of a body in the field of another one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Faces<'a> {
+    pub polyhedron: &'a Polyhedron,
+    pub field: &'a BodyGravity,
+    pub roles: &'a Roles,
+    /// So many digits of the force are to be right.
+    pub digits: usize,
+    pub arch: Arch,
+}
+
+impl<'a> Faces<'a> {
+    /// The cells for the force and the torques.
+    #[inline]
+    pub fn cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        self.cells_by(2, self.digits, range)
+    }
+
+    /// The cells for the mutual potential, which takes the field as well.
+    #[inline]
+    pub fn energy_cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        /// The digits are those that the force takes, which turn out to be some less than those of the tolerance.
+        const MORE: usize = 2;
+        self.cells_by(1, self.digits + MORE, range)
+    }
+
+    fn cells_by(
+        &self,
+        power: i32,
+        digits: usize,
+        range: &Range<usize>,
+    ) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        let Self { polyhedron, field, roles, arch, .. } = *self;
+        let demand = Demand {
+            error: 10.0_f64.powi(-(digits as i32)) / roles.origin.norm_squared(),
+            radius: field.shape.circumradius(),
+            power: if field.facets.is_some() { power } else { 0 },
+        };
+        Cells::new(polyhedron, demand, range, move |y| {
+            field.singular_distance(arch, &(roles.origin + roles.turn * y))
+        })
+    }
+}
+
+/// The share of the cells of a range in force and torques. What is in closed form belongs to the first.
 pub(super) fn force_and_torque(
-    arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
-    roles: &Roles,
-    range: Range<usize>,
+    faces: Faces<'_>,
+    range: &Range<usize>,
 ) -> Balance {
-    let first = range.start == 0;
-    let [monopole, excess] = arch.dispatch(PressureSum { kernel, nodes, roles, range });
+    let roles = faces.roles;
+    let [monopole, excess] = faces.arch.dispatch(PressureSum { kernel, nodes, faces, range });
     let [force, force_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.force);
     let [torque, torque_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.torque);
     let r = roles.origin.norm();
-    let force = if first { force - roles.origin / r / r / r } else { force };
+    let force = if range.start == 0 { force - roles.origin / r / r / r } else { force };
     Balance {
         force: force + force_excess,
         torque: torque + torque_excess,
@@ -38,29 +82,44 @@ pub(super) fn force_and_torque(
     }
 }
 
-/// The share of some nodes in the paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
+/// The share of the cells of a range in the paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
 pub(super) fn mutual_potential(
-    arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
-    roles: &Roles,
-    range: Range<usize>,
+    faces: Faces<'_>,
+    range: &Range<usize>,
 ) -> f64 {
-    arch.dispatch(EnergySum { kernel, nodes, roles, range })
+    faces.arch.dispatch(EnergySum { kernel, nodes, faces, range })
 }
 
-/// The blocks of lanes of a range of nodes.
+/// The blocks of lanes that hold the rule of a cell.
 #[inline(always)]
-fn blocks<S: Simd>(range: &Range<usize>) -> [usize; 2] {
-    let start = range.start / BLOCK * Lanes::<S>::PER_BLOCK;
-    [start, range.end.div_ceil(BLOCK) * Lanes::<S>::PER_BLOCK - start]
+fn blocks<S: Simd>(cell: &Cell) -> Range<usize> {
+    let (start, points) = (Nodes::triangle(cell.points), cell.points * cell.points);
+    let start = start / BLOCK * Lanes::<S>::PER_BLOCK;
+    start..start + (points * Lanes::<S>::PER_BLOCK).div_ceil(BLOCK)
+}
+
+/// The points of a block, and their weights as shares of the volume.
+#[inline(always)]
+fn points<S: Simd>(simd: S, nodes: &Nodes, cell: &Cell, block: usize) -> ([Lanes<S>; 3], Lanes<S>) {
+    let shares = load_vector(simd, &nodes.points, block);
+    let weight = Lanes::load(simd, &nodes.weights, block) * Lanes::splat(simd, cell.share);
+    let mut y = [Lanes::splat(simd, 0.0); 3];
+    for k in 0..3 {
+        let corner = splat_vector(simd, &cell.corners[k]);
+        for i in 0..3 {
+            y[i] = shares[k].mul_add(corner[i], y[i]);
+        }
+    }
+    (y, weight)
 }
 
 struct PressureSum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
-    roles: &'a Roles,
-    range: Range<usize>,
+    faces: Faces<'a>,
+    range: &'a Range<usize>,
 }
 
 /// The sums of a part of the potential, in the polyhedron's frame.
@@ -75,25 +134,25 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [Sums; 2] {
-        let (points, normals) = (&self.nodes.points, &self.nodes.normals);
-        let origin = splat_vector(simd, &self.roles.origin);
-        let beyond_linear = BeyondLinear::new(simd, self.roles);
+        let roles = self.faces.roles;
+        let origin = splat_vector(simd, &roles.origin);
+        let beyond_linear = BeyondLinear::new(simd, roles);
         let (excess_at_centre, _) = self.kernel.excess_potential(origin);
         let zero = Total::zero(simd);
         let (mut force, mut torque) = ([[zero; 3]; 2], [[zero; 3]; 2]);
-        let [start, count] = blocks::<S>(&self.range);
-        let weights = Lanes::blocks(simd, &self.nodes.weights).enumerate();
-        for (block, weight) in weights.skip(start).take(count) {
-            let y = load_vector(simd, points, block);
-            let n = load_vector(simd, normals, block);
-            let x = place(y, self.roles);
-            let (excess, _) = self.kernel.excess_potential(x);
-            let parts = [weight * beyond_linear.at(y, x), weight * (excess - excess_at_centre)];
-            let lever = cross(y, n);
-            for (part, f) in parts.into_iter().enumerate() {
-                for i in 0..3 {
-                    force[part][i].add_product(f, n[i]);
-                    torque[part][i].add_product(f, lever[i]);
+        for cell in self.faces.cells(self.range) {
+            let n = splat_vector(simd, &cell.normal);
+            for block in blocks::<S>(&cell) {
+                let (y, weight) = points(simd, self.nodes, &cell, block);
+                let x = place(y, roles);
+                let (excess, _) = self.kernel.excess_potential(x);
+                let parts = [weight * beyond_linear.at(y, x), weight * (excess - excess_at_centre)];
+                let lever = cross(y, n);
+                for (part, f) in parts.into_iter().enumerate() {
+                    for i in 0..3 {
+                        force[part][i].add_product(f, n[i]);
+                        torque[part][i].add_product(f, lever[i]);
+                    }
                 }
             }
         }
@@ -107,8 +166,8 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
 struct EnergySum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
-    roles: &'a Roles,
-    range: Range<usize>,
+    faces: Faces<'a>,
+    range: &'a Range<usize>,
 }
 
 impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
@@ -117,19 +176,19 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let splat = |v| Lanes::splat(simd, v);
-        let (points, normals) = (&self.nodes.points, &self.nodes.normals);
+        let roles = self.faces.roles;
         let mut total = Total::zero(simd);
-        let [start, count] = blocks::<S>(&self.range);
-        let weights = Lanes::blocks(simd, &self.nodes.weights).enumerate();
-        for (block, weight) in weights.skip(start).take(count) {
-            let y = load_vector(simd, points, block);
-            let n = load_vector(simd, normals, block);
-            let x = place(y, self.roles);
-            let (excess, field) = self.kernel.excess_potential(x);
-            let phi = splat(1.0) / dot(x, x).sqrt() + excess;
-            let flux = flux(n, x, field.rd, self.roles);
-            let value = phi * dot(y, n) - splat(0.5) * dot(y, y) * flux;
-            total.add_product(weight, value);
+        for cell in self.faces.energy_cells(self.range) {
+            let n = splat_vector(simd, &cell.normal);
+            for block in blocks::<S>(&cell) {
+                let (y, weight) = points(simd, self.nodes, &cell, block);
+                let x = place(y, roles);
+                let (excess, field) = self.kernel.excess_potential(x);
+                let phi = splat(1.0) / dot(x, x).sqrt() + excess;
+                let flux = flux(n, x, field.rd, roles);
+                let value = phi * dot(y, n) - splat(0.5) * dot(y, y) * flux;
+                total.add_product(weight, value);
+            }
         }
         total.value() / 3.0
     }

@@ -3,7 +3,7 @@
 //! - A point or a sphere beside it: the polyhedron's field at the centre.
 //! - Well apart: the polyhedron's layer in the other's field. The layer's degree follows from the rate at which the other's
 //!   potential converges in the polyhedron's circumscribed sphere, as over an ellipsoid's surface.
-//! - Near: its faces, with as many points on each as make two rules agree.
+//! - Near: its faces, in cells that shrink towards the other body, with as many points as make two rules agree.
 //!
 //! The field of a polyhedron is exact by its facets near by; from a distance it is that of its layer, without the facets'
 //! cancellation, and cheaper where there are many.
@@ -15,14 +15,17 @@ use super::{BodyGravity, Interaction, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::patience::Patience;
-use crate::quadrature::{Order, layer_degree};
+use crate::quadrature::{Division, Order, layer_degree};
+use std::ops::Range;
 
-/// Points along a face's side that near bodies are tried with.
-const LADDER: [usize; 14] = [2, 3, 4, 5, 6, 8, 10, 13, 16, 20, 26, 34, 44, 56];
+/// The digits that the cells are made for, and how much finer the rule is that tells their error.
+const FEWEST: usize = 2;
+const MOST_DIGITS: usize = 22;
+const FINER: usize = 2;
 /// Two rules never agree better than this.
 const ROUND_OFF: f64 = 2e-14;
-/// Most evaluations of a facet at a point that one sum over the faces may take: some seconds.
-const MOST: usize = 300_000_000;
+/// Most evaluations of a facet at a point that one sum over the faces may take: a second or two.
+const MOST: u64 = 100_000_000;
 /// A facet's field at a point takes this many times what a point of a layer takes.
 const FACET: usize = 8;
 /// Sizes of the body beyond which its facets lose digits.
@@ -59,7 +62,7 @@ impl Pair {
         layer_degree((reach - field.shape.focal_reach()) / radius, self.tolerance)
     }
 
-    /// Raises the number of points on the faces until a rule agrees with a finer one.
+    /// Raises the digits that the cells of the faces are made for until a rule agrees with a finer one.
     fn over_faces(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
         let faces = |body: &BodyGravity| body.polyhedron().map(|p| p.faces().len());
         // The body with fewer points: the other one's field is exact.
@@ -68,45 +71,108 @@ impl Pair {
             [None, _] => 1,
             _ => 0,
         };
-        let count = faces(&self.bodies[integrated]).unwrap_or(0);
-        let each = faces(&self.bodies[1 - integrated]).unwrap_or(1);
-        let order = |level: usize| Order { gauss: LADDER[level], angles: LADDER[level] };
         let used = self.rule.as_ref().filter(|r| r.integrated == integrated && r.carrier == Carrier::Faces);
-        let mut level = used.and_then(|rule| LADDER.iter().position(|&n| n == rule.degree)).unwrap_or(0);
-        self.adopt(integrated, LADDER[level], order(level), reach, patience)?;
-        let mut coarse = self.asking(pose, patience)?;
-        let mut difference = f64::INFINITY;
-        while level + 1 < LADDER.len() && count * LADDER[level + 1].pow(2) * each <= MOST {
-            self.adopt(integrated, LADDER[level + 1], order(level + 1), reach, patience)?;
-            let fine = self.asking(pose, patience)?;
-            difference = self.change(&fine, &coarse);
+        let first = (-self.tolerance.log10()).ceil().clamp(FEWEST as f64, MOST_DIGITS as f64) as usize;
+        let mut digits = used.map_or(first, |rule| rule.degree);
+        let (mut coarse, mut difference) = (None, f64::INFINITY);
+        while digits + FINER <= MOST_DIGITS {
+            let Some(own) = coarse.or(self.by_cells(integrated, digits, pose, reach, patience)?) else {
+                break;
+            };
+            let Some(fine) = self.by_cells(integrated, digits + FINER, pose, reach, patience)? else {
+                break;
+            };
+            difference = self.change(&fine, &own);
             if difference <= self.tolerance.max(ROUND_OFF) {
-                if difference < 1e-3 * self.tolerance && level > 0 {
-                    self.adopt(integrated, LADDER[level - 1], order(level - 1), reach, patience)?;
-                    if self.change(&self.asking(pose, patience)?, &fine) <= 0.1 * self.tolerance {
+                if difference < 1e-2 * self.tolerance && digits > FEWEST {
+                    let lower = self.by_cells(integrated, digits - 1, pose, reach, patience)?;
+                    if lower.is_some_and(|lower| self.change(&lower, &fine) <= 0.1 * self.tolerance) {
                         return Ok(());
                     }
                 }
-                return self.adopt(integrated, LADDER[level], order(level), reach, patience);
+                return self.divided(integrated, digits, pose, reach, patience).map(drop);
             }
-            coarse = fine;
-            level += 1;
+            coarse = Some(fine);
+            digits += FINER;
         }
         self.reset();
-        Err(Error::NotConverged {
-            what: format!(
-                "quadrature over the faces of {}, beside {},",
-                self.bodies[integrated].name,
-                self.bodies[1 - integrated].name
-            ),
+        let why = if difference.is_finite() {
+            format!("two rules differ by {difference:.1e}, more than the tolerance {:e}", self.tolerance)
+        } else {
+            self.too_many()
+        };
+        Err(self.not_converged(integrated, pose, &why))
+    }
+
+    fn too_many(&self) -> String {
+        format!("the tolerance {:e} takes more than {:e} evaluations of a face", self.tolerance, MOST as f64)
+    }
+
+    fn not_converged(&self, integrated: usize, pose: &Pose, why: &str) -> Error {
+        let [set, field] = [integrated, 1 - integrated].map(|body| &self.bodies[body].name);
+        Error::NotConverged {
+            what: format!("quadrature over the faces of {set}, beside {field},"),
             detail: format!(
-                "at separation {} two rules of up to {} points a face differ by {difference:.1e}, more than the tolerance \
-                 {:e}; use a larger gravity_tolerance, or smaller faces",
-                pose.separation.norm() * self.unit,
-                LADDER[level].pow(2),
-                self.tolerance,
+                "at separation {} {why}; use a larger gravity_tolerance",
+                pose.separation.norm() * self.unit
             ),
-        })
+        }
+    }
+
+    /// The pieces of the energy, where the rule in force goes over faces.
+    pub(super) fn pieces_of_faces(
+        &self,
+        pose: &Pose,
+        patience: &mut Patience,
+    ) -> Result<Option<Vec<Range<usize>>>> {
+        let Some(rule) = &self.rule else { return Ok(None) };
+        let roles = self.roles(rule.integrated, pose);
+        let Some(faces) = self.faces(rule, &roles) else { return Ok(None) };
+        let division =
+            faces.energy_cells(&Self::ALL).divide(self.work_of_node(rule) as u64, MOST, patience)?;
+        let Some(Division { begins, .. }) = division else {
+            return Err(self.not_converged(rule.integrated, pose, &self.too_many()));
+        };
+        let starts = [0].into_iter().chain(begins.iter().copied());
+        let ends = begins.iter().copied().chain([usize::MAX]);
+        Ok(Some(starts.zip(ends).map(|(start, end)| start..end).collect()))
+    }
+
+    /// The interaction by the cells for so many digits, which are left in force; none where they are too many.
+    fn by_cells(
+        &mut self,
+        integrated: usize,
+        digits: usize,
+        pose: &Pose,
+        reach: f64,
+        patience: &mut Patience,
+    ) -> Result<Option<Interaction>> {
+        if !self.divided(integrated, digits, pose, reach, patience)? {
+            return Ok(None);
+        }
+        self.asking(pose, patience).map(Some)
+    }
+
+    /// Puts the rule over the faces for so many digits in force, in pieces; false where it takes too many points.
+    fn divided(
+        &mut self,
+        integrated: usize,
+        digits: usize,
+        pose: &Pose,
+        reach: f64,
+        patience: &mut Patience,
+    ) -> Result<bool> {
+        let order = Order { gauss: digits, angles: digits };
+        self.adopt(integrated, digits, order, reach, patience)?;
+        let roles = self.roles(integrated, pose);
+        let Some(rule) = &self.rule else { return Ok(false) };
+        let Some(faces) = self.faces(rule, &roles) else { return Ok(false) };
+        let cells = faces.cells(&Self::ALL);
+        let division = cells.divide(self.work_of_node(rule) as u64, MOST, patience)?;
+        if let (Some(rule), Some(division)) = (&mut self.rule, &division) {
+            (rule.points, rule.begins) = (division.points, division.begins.clone());
+        }
+        Ok(division.is_some())
     }
 
     /// Largest difference of two evaluations: of the force, and of the torques by the body's radius, relative to the force.

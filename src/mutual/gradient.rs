@@ -99,7 +99,7 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
         let [u, v, w] = &self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let place = Place::new(simd, &self.origin, &self.axes);
+        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
         let differences = self.kernel.square_differences();
         let zero = Total::zero(simd);
         let (mut force, mut moments, mut torque) = ([zero; 3], [[zero; 3]; D], [zero; 3]);

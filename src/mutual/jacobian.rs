@@ -165,7 +165,7 @@ impl Pair {
         // Semi-axes act by the focal ellipse.
         let flat = if set.focal_axes()[0] > 0.0 { Carrier::FocalEllipse } else { Carrier::Centre };
         let mut nodes = |carrier| {
-            let nodes = self.nodes.get(order_for(carrier, degree), carrier, set, self.arch, patience)?;
+            let nodes = self.nodes.get(order_for(carrier, [degree; 2]), carrier, set, self.arch, patience)?;
             Ok(Some(GradientNodes { integrated, degree, carrier, nodes }))
         };
         (self.gradient_nodes, self.axis_nodes) = (nodes(carrier)?, nodes(flat)?);

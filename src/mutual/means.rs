@@ -16,7 +16,7 @@
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::{Lanes, Total, splat_vector, total_vector};
+use crate::math::lanes::{INTERLEAVED, Lanes, Total, splat_vector, total_vector};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -68,34 +68,61 @@ struct Sums<const D: usize> {
 impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
     type Output = Sums<D>;
 
+    /// With six registers side by side, and what remains with four and two: the processor does not wait for itself.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Sums<D> {
-        let [u, v, w] = &self.nodes.points;
-        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let place = Place::new(simd, &self.origin, &self.axes);
         let zero = Total::zero(simd);
-        let (mut force, mut moments, mut torque) = ([zero; 3], [[zero; 3]; D], [zero; 3]);
-        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
-            let y = [u, v, w];
-            let x = place.of(y);
-            let field = self.kernel.field(x);
-            let wx = [weight * x[0], weight * x[1], weight * x[2]];
-            for i in 0..3 {
-                let pull = wx[i] * field.rd[i];
-                force[i].add_product(wx[i], field.rd[i]);
-                for k in 0..D {
-                    moments[k][i].add_product(pull, y[k]);
-                }
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                torque[i].add_product(wx[j] * x[k], field.rd_difference[i]);
-            }
+        let mut running = Running { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
+        let registers = self.nodes.weights.len() / S::F64_LANES;
+        let (sixes, rest) = (registers / 6, registers % 6);
+        for k in 0..sixes {
+            running.add::<_, 6>(simd, &self, 6 * k);
+        }
+        if rest >= 4 {
+            running.add::<_, 4>(simd, &self, 6 * sixes);
+        }
+        if rest % 4 >= 2 {
+            running.add::<_, 2>(simd, &self, registers - 2);
         }
         let mut moment = [Vec3::zeros(); D];
         for k in 0..D {
-            moment[k] = -total_vector(moments[k]);
+            moment[k] = -total_vector(running.moments[k]);
         }
-        Sums { force: -total_vector(force), moment, torque_field: total_vector(torque) }
+        let torque_field = total_vector(running.torque);
+        Sums { force: -total_vector(running.force), moment, torque_field }
+    }
+}
+
+/// The sums while they are made.
+struct Running<S: Simd, const D: usize> {
+    force: [Total<S>; 3],
+    moments: [[Total<S>; 3]; D],
+    torque: [Total<S>; 3],
+}
+
+impl<S: Simd, const D: usize> Running<S, D> {
+    /// Adds the nodes of `N` registers from one on.
+    #[inline(always)]
+    fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &ForceSum<'_, K, D>, register: usize) {
+        let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
+        let (nodes, from) = (sum.nodes, register * S::F64_LANES);
+        let mut y = [Lanes::splat(simd, 0.0); 3];
+        for i in 0..3 {
+            y[i] = Lanes::load(simd, &nodes.points[i][from..], 0);
+        }
+        let weight = Lanes::load(simd, &nodes.weights[from..], 0);
+        let x = place.of(y);
+        let field = sum.kernel.field(x);
+        let wx = [weight * x[0], weight * x[1], weight * x[2]];
+        for i in 0..3 {
+            let pull = wx[i] * field.rd[i];
+            self.force[i].add_product(wx[i], field.rd[i]);
+            for k in 0..D {
+                self.moments[k][i].add_product(pull, y[k]);
+            }
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            self.torque[i].add_product(wx[j] * x[k], field.rd_difference[i]);
+        }
     }
 }
 
@@ -114,7 +141,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
         let [u, v, w] = &self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let place = Place::new(simd, &self.origin, &self.axes);
+        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             sum.add_product(weight, self.kernel.potential(place.of([u, v, w])));
@@ -125,12 +152,12 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
 
 /// Where the nodes are, from the field body's centre.
 #[derive(Clone, Copy)]
-pub(super) struct Place<S: Simd, const D: usize> {
-    origin: [Lanes<S>; 3],
-    axes: [[Lanes<S>; 3]; D],
+pub(super) struct Place<S: Simd, const D: usize, const N: usize = INTERLEAVED> {
+    origin: [Lanes<S, N>; 3],
+    axes: [[Lanes<S, N>; 3]; D],
 }
 
-impl<S: Simd, const D: usize> Place<S, D> {
+impl<S: Simd, const D: usize, const N: usize> Place<S, D, N> {
     #[inline(always)]
     pub fn new(simd: S, origin: &Vec3, vectors: &[Vec3; D]) -> Self {
         let origin = splat_vector(simd, origin);
@@ -142,7 +169,7 @@ impl<S: Simd, const D: usize> Place<S, D> {
     }
 
     #[inline(always)]
-    pub fn of(self, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+    pub fn of(self, y: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
         let mut x = self.origin;
         for k in (0..D).rev() {
             for i in 0..3 {

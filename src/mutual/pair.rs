@@ -1,5 +1,6 @@
 //! A pair of parts with a method, evaluated with the rule in force.
 
+use super::faces::Faces;
 use super::rule::{GradientNodes, Kernel, NodeStore, Rule};
 use super::store::Carrier;
 use super::{
@@ -8,11 +9,10 @@ use super::{
 use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
-use crate::math::lanes::BLOCK;
-use crate::math::matrix::{times, times_transposed};
-use crate::math::rotation::turned;
+use crate::math::matrix::times;
+use crate::math::rotation::{turned, turned_back};
 use crate::patience::{Patience, UNITS};
-use crate::quadrature::Order;
+use crate::quadrature::{Cell, Order};
 use crate::shape::{Shape, growth};
 use pulp::Arch;
 use std::ops::Range;
@@ -84,12 +84,27 @@ impl Pair {
         self.rule.as_ref()
     }
 
+    /// The method; that of points for two points.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// The points of the rule in force at a pose.
+    pub fn points(&self, pose: &Pose) -> Option<usize> {
+        let rule = self.rule.as_ref()?;
+        let pose = self.scaled(pose);
+        let roles = self.roles(rule.integrated, &pose);
+        let of = |cell: Cell| cell.points * cell.points;
+        let faces = self.faces(rule, &roles).map(|faces| faces.cells(&Self::ALL).map(of).sum());
+        Some(faces.unwrap_or(rule.nodes()))
+    }
+
     /// Units of work of an evaluation with the rule in force, for [`crate::patience::Patience`].
     pub fn work(&self) -> u64 {
         self.rule.as_ref().map_or(0, |rule| (rule.nodes() * self.work_of_node(rule)) as u64)
     }
 
-    fn work_of_node(&self, rule: &Rule) -> usize {
+    pub(super) fn work_of_node(&self, rule: &Rule) -> usize {
         match &rule.kernel {
             Kernel::Far(_) | Kernel::Near(_) => 1,
             Kernel::Facets => self.field_and_set(rule)[0].polyhedron().map_or(1, |p| p.faces().len()),
@@ -98,23 +113,31 @@ impl Pair {
         }
     }
 
-    /// The nodes of the rule in force in pieces of about [`UNITS`] of work, whose interactions and energies add up to the whole.
-    /// One piece has all nodes of a rule that takes less, and of one without a polyhedron, which always does.
+    /// The nodes of the rule in force in pieces of about [`UNITS`] of work, whose interactions add up to the whole: numbers of nodes,
+    /// or of units of faces. One piece has all nodes of a rule that takes less, and of one without a polyhedron, which always does.
     pub fn pieces(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
         /// The potential at the centre, which every piece takes, has to cost little beside it.
         const FEWEST: usize = 4;
-        let divisible = |rule: &&Rule| {
-            matches!(rule.kernel, Kernel::Facets | Kernel::Layer(_)) || rule.carrier == Carrier::Faces
-        };
+        let divisible = |rule: &&Rule| matches!(rule.kernel, Kernel::Facets | Kernel::Layer(_));
+        let begins = self.rule.as_ref().map_or(Vec::new(), |rule| rule.begins.clone());
         let (length, count) = match self.rule.as_ref().filter(divisible) {
-            Some(rule) if self.work() > UNITS => {
+            Some(rule) if rule.carrier != Carrier::Faces && self.work() > UNITS => {
                 let length = (UNITS as usize / self.work_of_node(rule)).max(FEWEST);
-                let length = if length > BLOCK { length / BLOCK * BLOCK } else { length };
                 (length, rule.nodes().div_ceil(length))
             }
-            _ => (usize::MAX, 1),
+            _ => (usize::MAX, begins.len() + 1),
         };
-        (0..count).map(move |k| k * length..(k + 1) * length)
+        let begin = move |k: usize| match k.checked_sub(1) {
+            None => 0,
+            Some(before) => begins.get(before).copied().unwrap_or(length.saturating_mul(k)),
+        };
+        (0..count).map(move |k| begin(k)..begin(k + 1))
+    }
+
+    /// The same for the energy, at a pose.
+    pub fn energy_pieces(&self, pose: &Pose, patience: &mut Patience) -> Result<Vec<Range<usize>>> {
+        let faces = self.pieces_of_faces(&self.scaled(pose), patience)?;
+        Ok(faces.unwrap_or_else(|| self.pieces().collect()))
     }
 
     /// The least separation at which the rule in force holds.
@@ -157,10 +180,12 @@ impl Pair {
     #[inline]
     pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         let f = self.scaled_interaction(&self.scaled(pose), nodes);
+        // Exact, by a power of two.
+        let inverse = 1.0 / self.unit;
         Interaction {
-            force_on_first: f.force_on_first / self.unit / self.unit,
-            torque_first: f.torque_first / self.unit,
-            torque_second: f.torque_second / self.unit,
+            force_on_first: f.force_on_first * inverse * inverse,
+            torque_first: f.torque_first * inverse,
+            torque_second: f.torque_second * inverse,
         }
     }
 
@@ -178,7 +203,7 @@ impl Pair {
         self.potential_energy_of(pose, Self::ALL)
     }
 
-    /// The share of a piece of [`Pair::pieces`].
+    /// The share of a piece of [`Self::energy_pieces`].
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         let pose = self.scaled(pose);
         let mutual_potential = match (&self.multipole, &self.rule) {
@@ -190,17 +215,19 @@ impl Pair {
                 match &rule.kernel {
                     Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles, nodes),
                     Kernel::Near(near) => self.potential(*near, rule, set, &roles, nodes),
-                    Kernel::Facets | Kernel::Layer(_) => {
-                        sampled::mutual_potential(self.arch, field, rule, &roles, nodes)
-                    }
+                    Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles) {
+                        Some(faces) => sampled::mutual_potential_over(faces, rule, &nodes),
+                        None => sampled::mutual_potential(self.arch, field, rule, &roles, nodes),
+                    },
                 }
             }
         };
         -mutual_potential / self.unit
     }
 
+    #[inline(always)]
     pub(super) fn scaled(&self, pose: &Pose) -> Pose {
-        Pose { separation: pose.separation / self.unit, ..*pose }
+        Pose { separation: pose.separation * (1.0 / self.unit), ..*pose }
     }
 
     /// The interaction in the pair's unit of length, which asks between pieces.
@@ -230,22 +257,22 @@ impl Pair {
         let balance = match &rule.kernel {
             Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles, nodes),
             Kernel::Near(near) => self.balance(*near, rule, set, &roles, nodes),
-            Kernel::Facets | Kernel::Layer(_) => {
-                sampled::force_and_torque(self.arch, field, rule, &roles, nodes)
-            }
+            Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles) {
+                Some(faces) => sampled::force_and_torque_over(faces, rule, &nodes),
+                None => sampled::force_and_torque(self.arch, field, rule, &roles, nodes),
+            },
         };
-        let to_field_body = field.canonical.transpose();
-        let torque_field = to_field_body * balance.torque_field;
-        let torque_set = set.canonical.transpose() * (roles.turn.transpose() * balance.torque);
-        let force = to_field_body * balance.force;
+        let torque_field = field.from_canonical(balance.torque_field);
+        let torque_set = set.from_canonical(turned_back(&roles.turn, &balance.torque));
+        let force = field.from_canonical(balance.force);
         match rule.integrated {
             0 => Interaction {
-                force_on_first: pose.rotation_second * force,
+                force_on_first: turned(&pose.rotation_second, &force),
                 torque_first: torque_set,
                 torque_second: torque_field,
             },
             _ => Interaction {
-                force_on_first: pose.rotation_first * -force,
+                force_on_first: turned(&pose.rotation_first, &-force),
                 torque_first: torque_field,
                 torque_second: torque_set,
             },
@@ -261,10 +288,12 @@ impl Pair {
         range: Range<usize>,
     ) -> Balance {
         let (arch, nodes) = (self.arch, &*rule.nodes);
+        if let Some(faces) = self.faces(rule, roles) {
+            return faces::force_and_torque(kernel, nodes, faces, &range);
+        }
         match rule.carrier {
             Carrier::Pressures => surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles),
             Carrier::Layer => means::force_and_torque(arch, kernel, nodes, [1.0; 3], roles),
-            Carrier::Faces => faces::force_and_torque(arch, kernel, nodes, roles, range),
             Carrier::Surface(semi_axes) => means::force_and_torque(arch, kernel, nodes, semi_axes, roles),
             _ => means::force_and_torque(arch, kernel, nodes, set.focal_axes(), roles),
         }
@@ -279,28 +308,40 @@ impl Pair {
         range: Range<usize>,
     ) -> f64 {
         let (arch, nodes) = (self.arch, &*rule.nodes);
+        if let Some(faces) = self.faces(rule, roles) {
+            return faces::mutual_potential(kernel, nodes, faces, &range);
+        }
         match rule.carrier {
             Carrier::Pressures => surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles),
             Carrier::Layer => means::mean_potential(arch, kernel, nodes, [1.0; 3], roles),
-            Carrier::Faces => faces::mutual_potential(arch, kernel, nodes, roles, range),
             Carrier::Surface(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
             _ => means::mean_potential(arch, kernel, nodes, set.focal_axes(), roles),
         }
+    }
+
+    /// The faces that a rule goes over, if it does.
+    pub(super) fn faces<'a>(&'a self, rule: &Rule, roles: &'a Roles) -> Option<Faces<'a>> {
+        let [field, set] = self.field_and_set(rule);
+        let polyhedron = set.polyhedron().filter(|_| rule.carrier == Carrier::Faces)?;
+        Some(Faces { polyhedron, field, roles, digits: rule.order.gauss, arch: self.arch })
     }
 
     pub(super) fn field_and_set(&self, rule: &Rule) -> [&BodyGravity; 2] {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
+    #[inline(always)]
     pub(super) fn roles(&self, integrated: usize, pose: &Pose) -> Roles {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let (rotation_field, rotation_set, separation) = match integrated {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = times_transposed(&field.canonical, rotation_field);
-        let turn = times_transposed(&times(&to_field, rotation_set), &set.canonical);
-        Roles { origin: turned(&to_field, &separation), turn }
+        let to_field = field.into_canonical(rotation_field.transpose());
+        Roles {
+            origin: turned(&to_field, &separation),
+            turn: set.out_of_canonical(times(&to_field, rotation_set)),
+        }
     }
 }
 

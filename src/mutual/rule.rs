@@ -21,15 +21,19 @@ pub struct Rule {
     pub(super) degree: usize,
     pub(super) carrier: Carrier,
     pub(super) nodes: Arc<Nodes>,
+    /// Number of points; over faces where the rule was chosen.
+    pub(super) points: usize,
+    /// Where the second and later pieces of a sum over faces begin.
+    pub(super) begins: Vec<usize>,
     pub(super) kernel: Kernel,
     /// Smallest separation that the kernel is made for, in the pair's unit.
     pub(super) valid_from: f64,
 }
 
 impl Rule {
-    /// Number of points.
+    /// Number of points; over faces, whose cells follow the other body, it is that of the pose for which the rule was chosen.
     pub fn nodes(&self) -> usize {
-        self.nodes.len()
+        self.points
     }
 }
 
@@ -87,18 +91,13 @@ impl NodeStore {
         arch: Arch,
         patience: &mut Patience,
     ) -> Result<Arc<Nodes>> {
+        let order = carrier.order(order);
         if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == carrier) {
             return Ok(nodes.clone());
         }
         let nodes = match self.shared.nodes(order, carrier) {
             Some(nodes) => nodes,
-            None if carrier == Carrier::Layer => {
-                Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, patience)?))
-            }
-            None => Arc::new(match set.polyhedron() {
-                Some(polyhedron) => Nodes::faces(polyhedron, order.gauss, patience)?,
-                None => Nodes::centre(),
-            }),
+            None => Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, patience)?)),
         };
         self.own.push((order, carrier, nodes.clone()));
         Ok(nodes)

@@ -3,10 +3,11 @@
 //! Over a layer or at a centre force, torque and energy are the means of g, y cross g and Phi (see [`super::means`]); over the faces
 //! they are the paper's surface integrals (see [`super::faces`]).
 
+use super::faces::Faces;
 use super::rule::{Kernel, Rule};
-use super::store::Carrier;
 use super::{Balance, BodyGravity, Roles};
 use crate::math::Vec3;
+use crate::quadrature::{Cell, Nodes};
 use pulp::Arch;
 use std::ops::Range;
 
@@ -40,26 +41,13 @@ pub(super) fn force_and_torque(
 ) -> Balance {
     let nodes = &*rule.nodes;
     let (mut force, mut torque, mut torque_field) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
-    let over_faces = rule.carrier == Carrier::Faces;
-    let at_centre = if over_faces { field(arch, body, &rule.kernel, &roles.origin).0 } else { 0.0 };
     for k in range.start..range.end.min(nodes.len()) {
         let y = roles.turn * vector(&nodes.points, k);
         let x = roles.origin + y;
-        let (potential, pull) = field(arch, body, &rule.kernel, &x);
-        if over_faces {
-            let pressure =
-                roles.turn * vector(&nodes.normals, k) * (nodes.weights[k] * (potential - at_centre));
-            force += pressure;
-            torque += y.cross(&pressure);
-        } else {
-            let pull = pull * nodes.weights[k];
-            force += pull;
-            torque += y.cross(&pull);
-            torque_field -= x.cross(&pull);
-        }
-    }
-    if over_faces {
-        torque_field = -(torque + roles.origin.cross(&force));
+        let pull = field(arch, body, &rule.kernel, &x).1 * nodes.weights[k];
+        force += pull;
+        torque += y.cross(&pull);
+        torque_field -= x.cross(&pull);
     }
     Balance { force, torque, torque_field }
 }
@@ -73,17 +61,50 @@ pub(super) fn mutual_potential(
     range: Range<usize>,
 ) -> f64 {
     let nodes = &*rule.nodes;
-    let mut sum = 0.0;
-    for k in range.start..range.end.min(nodes.len()) {
-        let y = roles.turn * vector(&nodes.points, k);
-        let (potential, pull) = field(arch, body, &rule.kernel, &(roles.origin + y));
-        sum += nodes.weights[k]
-            * if rule.carrier == Carrier::Faces {
-                let n = roles.turn * vector(&nodes.normals, k);
-                (potential * y.dot(&n) - 0.5 * y.norm_squared() * pull.dot(&n)) / 3.0
-            } else {
-                potential
-            };
+    let potential =
+        |k: usize| field(arch, body, &rule.kernel, &(roles.origin + roles.turn * vector(&nodes.points, k))).0;
+    (range.start..range.end.min(nodes.len())).map(|k| nodes.weights[k] * potential(k)).sum()
+}
+
+/// The points of a cell's rule with their weights.
+fn points(nodes: &Nodes, cell: &Cell) -> impl Iterator<Item = (Vec3, f64)> {
+    let start = Nodes::triangle(cell.points);
+    let Cell { corners: [a, b, c], share, .. } = *cell;
+    (start..start + cell.points * cell.points).map(move |k| {
+        let shares = vector(&nodes.points, k);
+        (a * shares.x + b * shares.y + c * shares.z, nodes.weights[k] * share)
+    })
+}
+
+/// The share of the cells of a range in force and torques, by the pressure.
+pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> Balance {
+    let Faces { arch, roles, field: body, .. } = faces;
+    let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
+    let (at_centre, _) = field(arch, body, &rule.kernel, &roles.origin);
+    for cell in faces.cells(range) {
+        let normal = roles.turn * cell.normal;
+        for (y, weight) in points(&rule.nodes, &cell) {
+            let y = roles.turn * y;
+            let (potential, _) = field(arch, body, &rule.kernel, &(roles.origin + y));
+            let pressure = normal * (weight * (potential - at_centre));
+            force += pressure;
+            torque += y.cross(&pressure);
+        }
     }
-    sum
+    Balance { force, torque, torque_field: -(torque + roles.origin.cross(&force)) }
+}
+
+/// The share of the cells of a range in the mutual potential, positive.
+pub(super) fn mutual_potential_over(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> f64 {
+    let Faces { arch, roles, field: body, .. } = faces;
+    let mut sum = 0.0;
+    for cell in faces.energy_cells(range) {
+        let normal = roles.turn * cell.normal;
+        for (y, weight) in points(&rule.nodes, &cell) {
+            let y = roles.turn * y;
+            let (potential, pull) = field(arch, body, &rule.kernel, &(roles.origin + y));
+            sum += weight * (potential * y.dot(&normal) - 0.5 * y.norm_squared() * pull.dot(&normal));
+        }
+    }
+    sum / 3.0
 }

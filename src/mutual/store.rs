@@ -29,6 +29,11 @@ pub(super) enum Carrier {
 }
 
 impl Carrier {
+    /// The order that its nodes depend on.
+    pub(super) fn order(self, order: Order) -> Order {
+        if self == Self::Faces { Order { gauss: 0, angles: 0 } } else { order }
+    }
+
     /// A number and semi-axes to look it up by, and how its nodes are made from these; none where they belong to one polyhedron.
     fn shared(self) -> Option<(u8, [f64; 3], Maker)> {
         Some(match self {
@@ -36,7 +41,8 @@ impl Carrier {
             Self::Surface(semi_axes) => (1, semi_axes, Nodes::surface),
             Self::FocalEllipse => (2, [0.0; 3], |order, _| Nodes::focal(order)),
             Self::Centre => (3, [0.0; 3], |_, _| Nodes::centre()),
-            Self::Layer | Self::Faces => return None,
+            Self::Faces => (4, [0.0; 3], |_, _| Nodes::triangles()),
+            Self::Layer => return None,
         })
     }
 }

@@ -1,13 +1,10 @@
-//! Shapes, bodies and the gravity of one body.
+//! Shapes and bodies.
 
-use super::arrays::{array, from_vectors, vectors};
-use super::listening::listening;
-use super::polyhedra::{PyPolyhedron, over_cores};
+use super::arrays::array;
+use super::polyhedra::PyPolyhedron;
 use crate::error::Error;
-use crate::gravity::ExteriorField;
-use crate::math::Vec3;
-use crate::shape::{Body, GivenPart, Part, Shape};
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use crate::shape::{Body, GivenPart, Shape};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -136,28 +133,4 @@ impl PyBody {
     fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         array(py, self.inner.inertia().as_slice().to_vec(), &[3])
     }
-}
-
-/// Potential (K,) and field (K, 3) of a body at points (K, 3) of its frame, which may be inside it if that is said.
-#[pyfunction]
-#[pyo3(name = "gravity")]
-pub fn gravity<'py>(
-    py: Python<'py>,
-    body: &PyBody,
-    gravitational_constant: f64,
-    points: PyReadonlyArrayDyn<'py, f64>,
-    inside: bool,
-) -> PyResult<(Array<'py>, Array<'py>)> {
-    listening(py, |patience| ExteriorField::moments(&body.inner, patience))?;
-    let field = ExteriorField::new(&body.inner, gravitational_constant);
-    let field = if inside { field.with_inside() } else { field };
-    let points = vectors("points", &points)?;
-    let faces = |part: &Part| if let Shape::Polyhedron(p) = &part.shape { p.faces().len() } else { 1 };
-    let work: usize = body.inner.parts().iter().map(faces).sum();
-    let both = listening(py, |patience| {
-        over_cores(&points, work, patience, |_, p| Ok((field.potential(p)?, field.field(p)?)))
-    })?;
-    let count = both.len();
-    let (potential, g): (Vec<f64>, Vec<Vec3>) = both.into_iter().unzip();
-    Ok((array(py, potential, &[count])?, from_vectors(py, &g)?))
 }

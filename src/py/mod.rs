@@ -8,8 +8,10 @@ mod ensembles;
 mod errors;
 mod events;
 mod forces;
+mod gravity;
 mod listening;
 mod orbits;
+mod particles;
 mod polyhedra;
 mod rotations;
 mod runs;
@@ -20,13 +22,17 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::bodies::{PyBody, gravity};
+    use super::bodies::PyBody;
     #[pymodule_export]
     use super::ensembles::integrate_many;
     #[pymodule_export]
     use super::events::PyCondition;
     #[pymodule_export]
+    use super::gravity::PyAttraction;
+    #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
+    #[pymodule_export]
+    use super::particles::{fly, surface, visible};
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
     #[pymodule_export]

@@ -17,6 +17,12 @@
 //! rate = h in the disc's plane, v + sqrt(1 + v^2) on its axis. The mean over the disc of the first power that a rule of
 //! degree L misses is smaller by about L^2, and the field is larger than the potential by about L.
 //!
+//! This degree is for the angles. The radii have to be exact for the integrand's mean over the angle only, an even function of
+//! t = sqrt(1 - rho^2) in [-1, 1]. A ray from the centre meets the singularity where rho e - y is isotropic, at
+//! rho = |y| e^(+-i theta)/|e| with theta its angle to y, so that none lies nearer than rho = h + i v. The rate of the interval is
+//! |t + i rho| at rho = h + i v, the sum of the semi-axes of the ellipse with foci +-1 through that point: h + sqrt(h^2 - 1) in
+//! the disc's plane, about twice that of the angles.
+//!
 //! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
 //! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
 
@@ -55,9 +61,9 @@ impl Order {
         Self { gauss: degree / 2 + 1, angles: degree + 1 }
     }
 
-    /// The focal rule that is exact to a polynomial degree.
-    pub fn focal(degree: usize) -> Self {
-        Self { gauss: degree / 4 + 1, angles: degree + 1 }
+    /// The focal rule that is exact to a polynomial degree, and to a lower one for what does not depend on the angle.
+    pub fn focal([degree, radial]: [usize; 2]) -> Self {
+        Self { gauss: radial / 4 + 1, angles: degree + 1 }
     }
 }
 
@@ -76,15 +82,31 @@ pub fn surface_degree(
     degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance, 0.0, 2)
 }
 
-/// The degree to which the focal rule has to be exact, or `None` for bodies too close for the bound; see
-/// [`surface_degree`].
-pub fn focal_degree(ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64, tolerance: f64) -> Option<usize> {
+/// The degree to which the focal rule has to be exact, and that of the integrand's mean over the angle, or `None` for bodies too
+/// close for the bound; see [`surface_degree`].
+pub fn focal_degrees(
+    ellipsoid: &Ellipsoid,
+    centre: &Vec3,
+    other_focal: f64,
+    tolerance: f64,
+) -> Option<[usize; 2]> {
     let p = ellipsoid.focal_axes()[0];
     let h = (centre.xy().norm() - other_focal).max(0.0) / p;
     let v = (centre.z.abs() - other_focal).max(0.0) / p;
     let beyond = h * h - v * v - 1.0;
-    let sinh = if beyond > 0.0 { v.hypot(beyond / (2.0 * h)) } else { v };
-    degree_for(sinh + 1.0f64.hypot(sinh), tolerance, 1.0, 1)
+    let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
+    let degree = degree_for(sinh + length(1.0, sinh), tolerance, 1.0, 1)?;
+    // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no more
+    // than the point moves.
+    let (h, v) = (centre.xy().norm() / p, centre.z / p);
+    let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
+    let radial = degree_for(semi_major + (semi_major * semi_major - 1.0).sqrt(), tolerance, 0.0, 0)?;
+    Some([degree, radial.min(degree)])
+}
+
+/// Numbers near one do not overflow, and `hypot` takes as long as the rest.
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// The degree of a body's layer in the field of another one, whose potential falls by this rate from degree to degree in the
@@ -139,8 +161,26 @@ pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3
 }
 
 fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
-    let square = |v: f64| Lanes::splat(Scalar, v * v);
+    let square = |v: f64| -> Lanes<Scalar> { Lanes::splat(Scalar, v * v) };
     crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
+}
+
+/// A bound from below of the distance of a point from an ellipsoid's focal ellipse, where its exterior potential is singular; all
+/// in the canonical frame.
+///
+/// It is the distance of two parallel planes, of which one holds the point and the other one touches the ellipse: nearly across the
+/// normal of the confocal ellipsoid through the point. A point within the ellipsoid, where its potential is another one, counts as
+/// on the surface.
+pub fn focal_distance(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
+    let [p, q] = ellipsoid.focal_axes();
+    let squares = Vec3::from(ellipsoid.sorted().map(|a| a * a));
+    let x2 = x.component_mul(x);
+    // Where Newton's iteration for the confocal coordinate begins.
+    let kappa = (x2.sum() - x2.dot(&squares) / x2.sum()).max(0.0);
+    let normal = x.component_div(&squares.add_scalar(kappa));
+    let reach = (p * normal.x).hypot(q * normal.y);
+    let surface = normal.component_mul(&normal).dot(&squares).sqrt();
+    (x.dot(&normal).max(surface) - reach) / normal.norm()
 }
 
 /// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.

@@ -4,10 +4,13 @@
 //! Surface rule: the surface elements n dS and n x r dS of the paper's `eq:Force_element` and `eq:Torq_element`.
 //! Focal rule: Maclaurin's theorem on confocal ellipsoids in the limit of the flattest one.
 
+mod cells;
 mod convergence;
 mod nodes;
 
+pub use cells::{Cell, Cells, Demand, Division};
 pub use convergence::{
-    Order, closest_confocal, focal_degree, focal_vectors, guess_degree, layer_degree, surface_degree,
+    Order, closest_confocal, focal_degrees, focal_distance, focal_vectors, guess_degree, layer_degree,
+    surface_degree,
 };
 pub use nodes::Nodes;

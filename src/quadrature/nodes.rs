@@ -1,12 +1,10 @@
 //! Nodes and weights.
 
 use super::Order;
-use crate::error::Result;
+use super::cells::MOST as MOST_OF_CELL;
 use crate::gravity::Layer;
 use crate::math::lanes::BLOCK;
-use crate::math::triangle;
-use crate::patience::Patience;
-use crate::shape::Polyhedron;
+use crate::math::triangle::{self, TriangleNode};
 use gauss_quad::GaussLegendre;
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
@@ -18,8 +16,6 @@ pub struct Nodes {
     pub points: [Vec<f64>; 3],
     /// Weights.
     pub weights: Vec<f64>,
-    /// The outward normals of a polyhedron's faces; no other rule has them.
-    pub normals: [Vec<f64>; 3],
     count: usize,
 }
 
@@ -47,11 +43,11 @@ impl Nodes {
         let shortest = semi_axes.into_iter().fold(f64::INFINITY, f64::min);
         let share = semi_axes.map(|a| (shortest / a) * (shortest / a));
         let sum: f64 = share.iter().sum();
-        let Self { points, mut weights, normals, count } = Self::sphere(order);
+        let Self { points, mut weights, count } = Self::sphere(order);
         for (k, weight) in weights.iter_mut().enumerate() {
             *weight *= 3.0 * (0..3).map(|i| points[i][k] * points[i][k] * share[i]).sum::<f64>() / sum;
         }
-        Self { points, weights, normals, count }
+        Self { points, weights, count }
     }
 
     /// Means over the unit disc with density proportional to t = sqrt(1 - x^2 - y^2).
@@ -80,32 +76,26 @@ impl Nodes {
     /// The points of a layer, in its unit of length.
     pub fn layer(layer: &Layer) -> Self {
         let Layer { points, weights, count } = layer.clone();
-        Self { points, weights, normals: Default::default(), count }
+        Self { points, weights, count }
     }
 
-    /// n^2 points on each face of a polyhedron; the weights are shares of its areas over the volume, so that with the normals
-    /// they make means over the solid of gradients.
-    pub fn faces(polyhedron: &Polyhedron, n: usize, patience: &mut Patience) -> Result<Self> {
+    /// All rules of Gauss for triangles up to [`MOST_OF_CELL`] points along a side, one after the other: the points are shares of
+    /// the three corners. [`Self::triangle`] tells where each is.
+    pub fn triangles() -> Self {
         let mut nodes = Self::empty();
-        let rule = triangle::rule(n);
-        for face in 0..polyhedron.faces().len() {
-            patience.spend(1 + rule.len() as u64, 0.0)?;
-            let [a, b, c] = polyhedron.corners(face);
-            let area = (b - a).cross(&(c - a));
-            let (normal, area) = (area.normalize(), 0.5 * area.norm());
-            for node in &rule {
-                let [i, j, k] = node.shares;
-                let x = a * i + b * j + c * k;
-                for axis in 0..3 {
-                    nodes.points[axis].push(x[axis]);
-                    nodes.normals[axis].push(normal[axis]);
-                }
-                nodes.weights.push(node.weight * area / polyhedron.volume());
+        for n in 2..=MOST_OF_CELL {
+            for TriangleNode { shares, weight } in triangle::rule(n) {
+                nodes.points.iter_mut().zip(shares).for_each(|(p, share)| p.push(share));
+                nodes.weights.push(weight);
             }
+            nodes = nodes.padded();
         }
-        let mut nodes = nodes.padded();
-        nodes.normals.iter_mut().for_each(|n| n.resize(nodes.weights.len(), 0.0));
-        Ok(nodes)
+        nodes
+    }
+
+    /// Where the n^2 points of a triangle's rule begin.
+    pub fn triangle(n: usize) -> usize {
+        (2..n).map(|m| (m * m).next_multiple_of(BLOCK)).sum()
     }
 
     /// Number of points that carry weight.
@@ -119,7 +109,7 @@ impl Nodes {
     }
 
     fn empty() -> Self {
-        Self { points: Default::default(), weights: Vec::new(), normals: Default::default(), count: 0 }
+        Self { points: Default::default(), weights: Vec::new(), count: 0 }
     }
 
     fn ring(&mut self, radius: f64, z: f64, weight: f64, angles: usize) {

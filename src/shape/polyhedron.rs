@@ -19,6 +19,7 @@ use crate::math::lanes::BLOCK;
 use crate::math::{Mat3, Vec3, monomials, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
+use std::cell::Cell;
 use std::sync::{Arc, Mutex};
 
 /// Highest degree of the monomials whose means are computed.
@@ -158,6 +159,27 @@ impl Polyhedron {
         let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
         let to_face = |face: u32, _| point_to_triangle(&point, &corners(face));
         self.scale * self.solid.tree.least(f64::INFINITY, |block| block.distance(&point), to_face)
+    }
+
+    /// The outward normal of the face that is nearest to a point, and how high the point is above that face's plane.
+    pub fn outward(&self, point: &Vec3) -> (Vec3, f64) {
+        let nearest = Cell::new((f64::INFINITY, 0));
+        let place = point / self.scale;
+        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
+        self.solid.tree.least(
+            f64::INFINITY,
+            |block| block.distance(&place),
+            |face, _| {
+                let distance = point_to_triangle(&place, &corners(face));
+                if distance < nearest.get().0 {
+                    nearest.set((distance, face));
+                }
+                distance
+            },
+        );
+        let [a, b, c] = corners(nearest.get().1);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        (normal, normal.dot(&(place - a)) * self.scale)
     }
 
     /// The least value of a function of faces; `bound` is a bound from below for all faces in a box.

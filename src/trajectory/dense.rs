@@ -38,6 +38,16 @@ impl Dense {
         (self.start, self.end)
     }
 
+    /// The polynomials, one after the other in the direction of the run.
+    pub fn pieces(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// The frame that they are in.
+    pub fn frame(&self) -> &BarycentricFrame {
+        &self.frame
+    }
+
     /// Number of polynomials.
     pub fn segments(&self) -> usize {
         self.segments.len()

@@ -48,6 +48,14 @@ pub(super) enum Steps {
 }
 
 impl Integrator {
+    /// The pair and its tolerance, of an integrator with step control.
+    pub fn pair(self) -> Option<(&'static Tableau, Tolerance)> {
+        match self.steps() {
+            Steps::Controlled(tableau, tolerance) => Some((tableau, tolerance)),
+            Steps::Fixed(..) => None,
+        }
+    }
+
     pub(super) fn steps(self) -> Steps {
         match self {
             Self::DormandPrince54(tolerance) => Steps::Controlled(&DORMAND_PRINCE54, tolerance),

@@ -16,6 +16,19 @@ pub enum Output {
     Times(Vec<f64>),
 }
 
+impl Output {
+    /// The times of a run, where they do not depend on its steps.
+    pub fn times(&self, start: f64, until: f64) -> Result<Vec<f64>> {
+        let mut times = Times::new(start, until, self)?;
+        let next = || {
+            let time = times.next();
+            times.skip();
+            time
+        };
+        Ok(std::iter::from_fn(next).collect())
+    }
+}
+
 /// The times that are still to be recorded.
 pub(super) enum Times<'a> {
     Steps,

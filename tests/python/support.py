@@ -1,5 +1,6 @@
 """What several test files share: textbook formulas, distances between rotations, strategies of hypothesis."""
 
+import functools
 import json
 import os
 from pathlib import Path
@@ -23,6 +24,12 @@ DATA = Path(__file__).parents[1] / "data"
 def reference(name):
     """A file of tests/data, computed by other programs."""
     return json.loads((DATA / f"{name}.json").read_text())
+
+
+@functools.cache
+def ready(name, **options):
+    """A ready-made system and its start, made once for all tests of a process: some search for a mean period."""
+    return getattr(fullbody.systems, name)(**options)
 
 
 def inertia(mass, axes):

@@ -322,16 +322,15 @@ def test_period_of_a_hyperbola():
     refused(lambda: KeplerElements(-1.0, 1.5, 0, 0, 0, 0).period(1.0), "eccentricity", "1.5", "period")
 
 
-@pytest.mark.parametrize("points", [[0.5, 0.0, 0.0], [NAN, 0, 0], [INF, 0, 0], [1, 2], [[[9, 9, 9]]], "there"])
+@pytest.mark.parametrize("points", [[NAN, 0, 0], [INF, 0, 0], [1, 2], [], 3.0, None, "there"])
 def test_points_of_a_field(points):
     body = Body(Ellipsoid(1.0, 2.0, 3.0), mass=1.0, name="Alpha")
-    refused(lambda: body.potential(points, 1.0), "point", "expected")
-    refused(lambda: body.field(points, 1.0), "point", "expected")
+    refused(lambda: body.gravity(points, 1.0), "point", "expected")
 
 
 @pytest.mark.parametrize("G", [NAN, INF, "Newton"])
 def test_constant_of_a_field(G):
-    refused(lambda: BODIES[0].potential([9, 0, 0], G), "G", "expected")
+    refused(lambda: BODIES[0].gravity([9, 0, 0], G).potential, "G", "expected")
 
 
 def test_systems_by_name():

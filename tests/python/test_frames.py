@@ -9,6 +9,7 @@ import pytest
 from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
 from astropy.time import Time
 from fullbody import frames
+from support import ready
 
 #: Obliquity of the ecliptic at J2000, IAU 2006 (Capitaine et al. 2003).
 OBLIQUITY = np.radians(84381.406 / 3600)
@@ -103,9 +104,9 @@ def test_elements_of_no_known_frame_do_not_turn():
         with pytest.raises(fullbody.InvalidInput, match=r"the frame that .* not known; expected origin='ecliptic'"):
             elements.to_frame("equatorial")
         elements.to_frame("equatorial", origin="ecliptic")
-    _, plane = fullbody.systems.didymos(frame="orbit")
+    _, plane = ready("didymos", frame="orbit")
     with pytest.raises(fullbody.InvalidInput, match="cannot turn from the frame 'orbit' to 'ecliptic'"):
-        fullbody.systems.didymos(frame="orbit")[0].integrate(plane, 1.0).elements().to_frame("ecliptic")
+        ready("didymos", frame="orbit")[0].integrate(plane, 1.0).elements().to_frame("ecliptic")
 
 
 def test_a_frame_of_elements_is_kept_and_compared():

@@ -100,8 +100,14 @@ def simulation_of_many():
     return lambda: fullbody.Simulation(system, state), lambda: None
 
 
+def gravity_of_many():
+    system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
+    places = np.random.default_rng(0).normal(size=(100_000, 3)) * 30.0
+    return lambda: system.gravity(state, places), lambda: None
+
+
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")
-@pytest.mark.parametrize("prepare", [a_step, forces_of_many, energy_of_many, simulation_of_many])
+@pytest.mark.parametrize("prepare", [a_step, forces_of_many, energy_of_many, simulation_of_many, gravity_of_many])
 def test_a_single_call_hears_signals(prepare):
     """Signals that come while a call works are handled meanwhile, not one after it: a third one stops it."""
     call, check = prepare()

@@ -14,6 +14,7 @@ from fullbody import (
     frames,
     observables,
     plots,
+    spice,
     systems,
     view,
 )
@@ -25,6 +26,7 @@ RESULTS = {
         fullbody.Dense,
         fullbody.Energy,
         fullbody.EventDerivatives,
+        fullbody.Gravity,
         fullbody.Interactions,
         fullbody.Invariants,
         fullbody.Jacobian,
@@ -47,7 +49,7 @@ RESULTS = {
     ),
     *(ensembles.Draws, ensembles.Paired, events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
 }
-MODULES = (fullbody, ensembles, events, forces, frames, observables, plots, systems, view)
+MODULES = (fullbody, ensembles, events, forces, frames, observables, plots, spice, systems, view)
 
 
 def public():

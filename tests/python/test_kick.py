@@ -5,7 +5,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observables
-from support import matrix, points, rot_x, rot_y, rot_z
+from support import matrix, points, ready, rot_x, rot_y, rot_z
 
 UNITS = ("km", "hour", "kg")
 
@@ -125,7 +125,7 @@ def test_turns_about_axes(angle):
 
 def test_turns_are_roll_pitch_and_yaw():
     """Of a body whose x-axis points at the other one."""
-    system, state = fullbody.systems.didymos()
+    system, state = ready("didymos")
     for axis, place in (([1, 0, 0], 0), ([0, 1, 0], 1), ([0, 0, 1], 2)):
         run = system.integrate(state.rotated("Dimorphos", axis, 0.2), 0.01)
         found = observables.roll_pitch_yaw(run)[0]

@@ -99,6 +99,7 @@ def made(units=False):
         state,
         state.replace(attitude=[[0.1, 0.3, 0.3, 0.9], [0.5, -0.1, 0.7, 0.5]], time=3.25 * hour),
         system.interactions(state),
+        system.gravity(state, np.array([[5.0, 0.0, 0.0], [0.0, 6.0, 1.0]]) * km),
         system.energy(state),
         fullbody.Simulation(system, state, integrators[0]),
         fullbody.KeplerElements(2.0 * km, 0.3, 0.4, 0.5, 0.6, 0.7),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import rebound
 from fullbody import Component, binary, observables
-from support import OF_REVOLUTIONS, inertia, pair_of_points
+from support import OF_REVOLUTIONS, inertia, pair_of_points, ready
 
 OF_SAMPLES = (observables.obliquity, observables.roll_pitch_yaw)
 
@@ -121,7 +121,7 @@ def test_precession_over_an_oblate_body():
 @pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
 def test_a_planar_orbit_has_no_node(frame):
     """All of Didymos' angular momenta are parallel, so that the poles cannot move."""
-    system, state = fullbody.systems.didymos(frame=frame, gravity="multipole:4")
+    system, state = ready("didymos", frame=frame, gravity="multipole:4")
     run = system.integrate(state, 70.0, output=0.5)
     found = observables.orbit_precession(run)
     assert found.nodal is None
@@ -287,7 +287,7 @@ def test_terms_too_close_to_tell_apart_are_one():
 
 
 def test_quantities():
-    system, state = fullbody.systems.didymos(units=True)
+    system, state = ready("didymos", units=True)
     run = system.integrate(state, 200 * u.hour, output=0.25 * u.hour)
     period = observables.mutual_period(run)
     assert period.mean.unit == u.hour

@@ -5,7 +5,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Component, binary, observables
-from support import pair_of_points, rot_x, rot_y, rot_z
+from support import pair_of_points, ready, rot_x, rot_y, rot_z
 
 
 def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
@@ -80,7 +80,7 @@ def test_a_periapsis_that_precesses_across_the_ends_of_revolutions():
 
 
 def test_shapes_have_units_and_places():
-    system, state = fullbody.systems.didymos_after_dart(gravity="multipole:4", units=True)
+    system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "10 day", output="0.5 hour")
     found = observables.orbit_shape(run, body="Dimorphos", about="Didymos")
     assert found.a.unit == u.km
@@ -191,7 +191,7 @@ def test_limits_that_are_none(limit):
 
 
 def test_limits_with_units():
-    system, state = fullbody.systems.didymos_after_dart(gravity="multipole:4", units=True)
+    system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "2 day", output="0.5 hour")
     found = observables.tumbles(run, 15 * u.deg)
     assert found.angle == "yaw"

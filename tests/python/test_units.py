@@ -175,11 +175,11 @@ def test_mixtures_name_both():
         (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, ["axis a has", "density"]),
         (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), ["semi-axis a has the unit km", "semi-axis b has none"]),
         (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), ["semi-axis c has the unit km", "semi-axis a has none"]),
-        (lambda: plain.potential([2, 0, 0] * u.km), ["points has the unit km", "semi-axis a has none"]),
-        (lambda: mixed.field([2, 0, 0] * u.km), ["points has the unit km", "mass of Alpha has none"]),
-        (lambda: whole.potential([2, 0, 0], 1.0), ["semi-axis a has the unit km", "points has none"]),
-        (lambda: whole.potential([2, 0, 0] * u.km, 1.0), ["points has the unit km", "G has none"]),
-        (lambda: plain.potential([2, 0, 0]), ["G is not given"]),
+        (lambda: plain.gravity([2, 0, 0] * u.km).potential, ["points has the unit km", "semi-axis a has none"]),
+        (lambda: mixed.gravity([2, 0, 0] * u.km).field, ["points has the unit km", "mass of Alpha has none"]),
+        (lambda: whole.gravity([2, 0, 0], 1.0).potential, ["semi-axis a has the unit km", "points has none"]),
+        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, ["points has the unit km", "G has none"]),
+        (lambda: plain.gravity([2, 0, 0]).potential, ["G is not given"]),
         (lambda: orbit.to_cartesian(1.0), ["a has the unit km", "mu has none"]),
         (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), ["mu has the unit km3 / s2", "a has none"]),
         (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), ["r has the unit km", "v has none"]),
@@ -263,9 +263,9 @@ def test_exterior_gravity_with_units():
     """Newton's G M/r and G M/r^2 outside a sphere."""
     moon = fullbody.Body(fullbody.Sphere(1737.4 * u.km), mass=7.342e22 * u.kg)
     distance = 1737.4e3
-    potential = moon.potential([[0, 0, 1737.4], [1737.4, 0, 0]] * u.km)
+    potential = moon.gravity([[0, 0, 1737.4], [1737.4, 0, 0]] * u.km).potential
     np.testing.assert_allclose(potential.to_value(u.m**2 / u.s**2), constants.G.value * 7.342e22 / distance, rtol=1e-14)
-    field = moon.field([0, 0, distance] * u.m, G=constants.G.to(u.km**3 / u.t / u.day**2))
+    field = moon.gravity([0, 0, distance] * u.m, G=constants.G.to(u.km**3 / u.t / u.day**2)).field
     assert field.unit == u.m / u.day**2
     np.testing.assert_allclose(field[2].to_value(u.m / u.s**2), -constants.G.value * 7.342e22 / distance**2, rtol=1e-14)
 

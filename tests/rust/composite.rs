@@ -1,7 +1,7 @@
 //! Bodies of several parts: principal frames, links, contact, pulls, descriptions.
 
 use crate::support::*;
-use fullbody::gravity::{BodyPull, ExteriorField};
+use fullbody::gravity::BodyPull;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Foreseen, Interaction, Link, Method, Pose};
@@ -138,7 +138,7 @@ proptest! {
     #[test]
     fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
         let body = club();
-        let (field, mut pull) = (ExteriorField::new(&body, 1.0 / body.mass), BodyPull::new(&body).unwrap());
+        let (field, mut pull) = (FieldOf::new(&body, 1.0 / body.mass), BodyPull::new(&body).unwrap());
         let x = direction * distance;
         let g = field.field(&x).unwrap();
         let (excess, moment) = pull.at(&x, distance.powi(-2), distance.powi(-3)).unwrap();

@@ -94,7 +94,7 @@ fn alone(start: &Start, until: f64) -> (Trajectory, Statistics) {
     let mut member = member(start, until, Some(Condition::Periapsis { first: 0, second: 1 }));
     let mut simulation = Simulation::new(&start.0, &start.1, start.2).unwrap();
     let mut record = Trajectory::new(start.0.bodies().len());
-    let run = Run { output: &member.output, events: &mut member.events, dense: true };
+    let run = Run { output: &member.output, events: &mut member.events, dense: true, derivatives: None };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     (record, simulation.statistics())
 }

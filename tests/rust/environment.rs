@@ -1,7 +1,7 @@
 //! What forces from outside are made of: an extended body's pull, splines, places on an orbit.
 
 use crate::support::*;
-use fullbody::gravity::{ExtendedPull, ExteriorField};
+use fullbody::gravity::ExtendedPull;
 use fullbody::math::Vec3;
 use fullbody::math::spline::Spline;
 use fullbody::orbit::{KeplerElements, OrbitPath};
@@ -44,7 +44,7 @@ fn the_pull_of_an_extended_body_against_arbitrary_precision() {
 fn the_pull_is_the_exterior_field_less_a_point() {
     for axes in [AXES, [0.5, 1.0, 0.8], [0.4, 1.0, 1.0], [1.0, 0.3, 0.3]] {
         let body = Body::with_mass("body", Shape::ellipsoid(axes).unwrap(), 1.0).unwrap();
-        let (field, mut pull) = (ExteriorField::new(&body, 1.0), pull(axes));
+        let (field, mut pull) = (FieldOf::new(&body, 1.0), pull(axes));
         for distance in [1.02, 1.7, 2.3, 4.0, 11.0] {
             let x = Vec3::new(0.48, -0.6, 0.64) * distance;
             let g = field.field(&x).unwrap();

@@ -7,6 +7,7 @@ mod ensemble;
 mod environment;
 mod gravity;
 mod integrators;
+mod many;
 mod math;
 mod jacobian;
 mod mutual;

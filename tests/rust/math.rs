@@ -19,7 +19,7 @@ impl WithSimd for Triples<'_> {
     type Output = Vec<[f64; 3]>;
 
     fn with_simd<S: Simd>(self, simd: S) -> Vec<[f64; 3]> {
-        let every = |s: &[f64; 3]| s.map(|v| Lanes::splat(simd, v));
+        let every = |s: &[f64; 3]| -> [Lanes<S>; 3] { s.map(|v| Lanes::splat(simd, v)) };
         // All lanes are alike, so that the largest is any.
         self.s
             .iter()
@@ -99,7 +99,7 @@ impl WithSimd for Arithmetic {
     type Output = [f64; 5];
 
     fn with_simd<S: Simd>(self, simd: S) -> [f64; 5] {
-        let [a, b, c] = [self.a, self.b, self.c].map(|v| Lanes::splat(simd, v));
+        let [a, b, c]: [Lanes<S>; 3] = [self.a, self.b, self.c].map(|v| Lanes::splat(simd, v));
         let [total, other] = polynomials(&[[1.0, 0.0], [-2.0, 1.0], [0.5, 0.0]], b);
         assert_eq!(other.first(), self.b);
         let count: Vec<f64> = (0..2 * BLOCK).map(|k| k as f64).collect();

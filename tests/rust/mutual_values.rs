@@ -96,7 +96,7 @@ fn hard_shapes_by_both_rules() {
             let pose = bodies.apart(&turned, factor);
             // Crossed needles and rims three thicknesses apart may be refused, at the default tolerance; nothing else.
             let refused = |error| assert!(pose.separation.norm() < bodies.size(), "{a:?} and {b:?}: {error}");
-            let best = bodies.fixed(Method::Focal, Order::focal(400), &pose);
+            let best = bodies.fixed(Method::Focal, Order::focal([400; 2]), &pose);
             for (method, tolerance) in [(Method::Focal, 1e-14), (Method::Surface, 3e-14)] {
                 // The surface rule's forces are differences of pressures on faces fifty times too large.
                 match bodies.evaluate(method, 1e-14, VectorPath::Auto, &pose) {

@@ -1,6 +1,11 @@
 //! Reference data and comparisons.
 
+use fullbody::error::Result;
+use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
+use fullbody::patience::Patience;
+use fullbody::shape::Body;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use serde_json::Value;
@@ -121,4 +126,35 @@ pub fn semi_axes(flattest: f64) -> impl Strategy<Value = [f64; 3]> {
 pub fn cases(number: u32) -> Config {
     let rng_seed = proptest::test_runner::RngSeed::Fixed(1930);
     Config { cases: number, max_shrink_iters: 50, failure_persistence: None, rng_seed, ..Config::default() }
+}
+
+/// A body's gravity in its own frame, at one point after the other.
+pub struct FieldOf(BodyField);
+
+impl FieldOf {
+    pub fn new(body: &Body, gravitational_constant: f64) -> Self {
+        let arch = VectorPath::Auto.arch().unwrap();
+        Self(BodyField::new(body, gravitational_constant, arch, &mut Patience::endless()).unwrap())
+    }
+
+    pub fn potential(&self, x: &Vec3) -> Result<f64> {
+        let mut found = [0.0];
+        self.ask(x, Wanted::Field(&mut found, &mut [0.0; 3])).map(|()| found[0])
+    }
+
+    pub fn field(&self, x: &Vec3) -> Result<Vec3> {
+        let mut found = [0.0; 3];
+        self.ask(x, Wanted::Field(&mut [0.0], &mut found)).map(|()| Vec3::from(found))
+    }
+
+    pub fn gradient(&self, x: &Vec3) -> Result<Mat3> {
+        let mut found = [0.0; 9];
+        self.ask(x, Wanted::Gradient(&mut found)).map(|()| Mat3::from_row_slice(&found))
+    }
+
+    fn ask(&self, x: &Vec3, wanted: Wanted<'_>) -> Result<()> {
+        let attractor = Attractor { field: &self.0, position: Vec3::zeros(), rotation: Mat3::identity() };
+        let points = Points { coordinates: x.as_slice(), shape: &[], before: 0 };
+        points.gravity(&[attractor], wanted, VectorPath::Auto.arch().unwrap(), &mut Patience::endless())
+    }
 }

@@ -22,6 +22,7 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "time": (0, 1, 0, 0),
     "mass": (0, 0, 1, 0),
     "density": (-3, 0, 1, 0),
+    "area": (2, 0, 0, 0),
     "volume": (3, 0, 0, 0),
     "inertia": (2, 0, 1, 0),
     "velocity": (1, -1, 0, 0),
@@ -34,12 +35,14 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "angular momentum": (2, -1, 1, 0),
     "potential": (2, -2, 0, 0),
     "acceleration": (1, -2, 0, 0),
+    "gravity gradient": (0, -2, 0, 0),
     "angular acceleration": (0, -2, 0, 1),
     "pressure": (-1, -2, 1, 0),
     "rate": (0, -1, 0, 0),
     "force gradient": (0, -2, 1, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
+    "area to mass": (2, 0, -1, 0),
 }
 
 
@@ -58,6 +61,7 @@ _EXAMPLES = {
     "pressure": "Pa",
     "G": "m3/(kg s2)",
     "mu": "km3/s2",
+    "area to mass": "m2/kg",
 }
 #: The units of ``units=True``, and others that a misspelt name may have meant.
 USUAL = ("km", "hour", "kg")

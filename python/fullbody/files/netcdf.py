@@ -275,7 +275,8 @@ def _format(stored: Stored) -> int:
     """The format of a file; one that is not known is refused."""
     found = stored.attribute("fullbody_format")
     if found is None:
-        raise InvalidInput("it has no attribute fullbody_format")
+        flight = stored.attribute("fullbody_flight") is not None
+        raise InvalidInput("it is a flight (fullbody.load_flight)" if flight else "it has no attribute fullbody_format")
     written = integer(found)
     if written is None or written < 1:
         raise InvalidInput(f"attribute fullbody_format is {found!r}; expected a whole number above zero")

@@ -89,7 +89,9 @@ class Stored:
             raise InvalidInput(f"attribute {name} is {value!r}; expected text")
         return default if value is None else value  # type: ignore[return-value]
 
-    def numbers(self, name: str, sizes: dict[str, int | None], whole: bool = False) -> npt.NDArray[Any]:
+    def numbers(
+        self, name: str, sizes: dict[str, int | None], whole: bool = False, missing: bool = False
+    ) -> npt.NDArray[Any]:
         """A variable.
 
         Parameters
@@ -99,13 +101,16 @@ class Stored:
             Its dimensions with their lengths, ``None`` for any.
         whole : bool
             Whether it has whole numbers; others are finite floats.
+        missing : bool
+            Whether NaN stands for values that there are not.
         """
         with _readable(name):
             variable = self._variable(name)
             self._check_kind(name, variable, "iu" if whole else "f")
             _check_shape(name, variable, sizes)
             values = pieces.read(name, variable, self._file).astype(np.int64 if whole else np.float64, copy=False)
-            _check_values(name, values, [_attribute(variable, fill, name) for fill in ("_FillValue", "missing_value")])
+            fills = [_attribute(variable, fill, name) for fill in ("_FillValue", "missing_value")]
+            _check_values(name, np.nan_to_num(values, nan=0.0, posinf=np.inf) if missing else values, fills)
         return values
 
     def _variable(self, name: str) -> Any:

@@ -14,8 +14,9 @@ from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import hashed, same
 from ..errors import InvalidInput
-from ..typing import Array, Scalar
+from ..typing import Scalar
 from .composite import SHOWN, Composite, Part, WorkingFrame
+from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
 from .shapes import (
     SOLIDS,
@@ -61,7 +62,7 @@ class Body(Tabled):
     Body(Ellipsoid(a=0.766, b=0.7475, c=0.6735), mass=2353000000000.0, name='Alpha')
     """
 
-    __slots__ = ("_density", "_mass", "_name", "_shape")
+    __slots__ = ("_attraction", "_density", "_mass", "_name", "_shape")
 
     def __init__(
         self,
@@ -84,6 +85,7 @@ class Body(Tabled):
             raise InvalidInput(f"{called} is given {given}; expected one of the two")
         if density is not None and isinstance(shape, PointMass):
             raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
+        self._attraction: tuple[Any, _core.Attraction] | None = None
         self._shape = shape
         self._mass = None if mass is None else positive(mass, "kg", f"mass of {called}")
         self._density = None if density is None else positive(density, "kg / m3", f"density of {called}")
@@ -220,6 +222,9 @@ class Body(Tabled):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Body) and same(self._parts(), other._parts())
 
+    def __reduce__(self) -> Any:
+        return Body, (self._shape, self._mass, self._density, self._name)
+
     def __hash__(self) -> int:
         return hash(tuple(map(hashed, self._parts())))
 
@@ -299,68 +304,47 @@ class Body(Tabled):
         ]
         return {"shape": Composite.__name__, "parts": parts}
 
-    def potential(self, points: Any, G: Any = None, *, inside: bool = False) -> Array:
-        """Potential Phi (positive) at points of the body frame.
+    def gravity(self, points: Any, G: Any = None) -> Gravity:
+        """Potential, field and gravity gradient at points of the body frame, outside and inside.
 
         Parameters
         ----------
-        points : array_like or Quantity, (3,) or (K, 3)
-            Outside the body or on its surface. Quantities where the body's sizes and mass are; plain numbers, in the
-            units of the semi-axes, where those are.
+        points : array_like or Quantity, (..., 3)
+            Quantities where the body's sizes and mass are; plain numbers, in the units of the semi-axes, where those
+            are.
         G : float or Quantity, optional
             Gravitational constant; astropy's unless given, where there are units.
-        inside : bool
-            Whether points may be inside the body, or in a hollow of a composite.
 
         Returns
         -------
-        ndarray or Quantity, () or (K,)
-            In the units of length and time of ``points`` and ``G``.
+        Gravity
+            ``.potential`` (...), ``.field`` (..., 3) and ``.gradient`` (..., 3, 3), in the units of length and time of
+            ``points`` and ``G``.
 
         Raises
         ------
         InvalidInput
-            For a point inside the body unless that was said, and where only some of points, G, sizes and mass have
-            units.
+            For a point in a point mass, or one with coordinates that are no finite numbers, by its index; where only
+            some of points, G, sizes and mass have units; for the gradient on a polyhedron's surface.
 
         Notes
         -----
-        Equal to the paper's ``eq:Potential_elliptic`` (MacMillan 1930), by Carlson's integrals.
+        Outside, the potential of an ellipsoid equals the paper's ``eq:Potential_elliptic`` (MacMillan 1930), by
+        Carlson's integrals; inside it is a quadratic form. A polyhedron's is the sum of Werner and Scheeres (1996), and
+        a composite has the sum over its parts. On the surface of an ellipsoid the gradient is that outside.
 
         Examples
         --------
         >>> import fullbody
         >>> ball = fullbody.Body(fullbody.Sphere(1.0), mass=3.0)
-        >>> float(ball.potential([0.0, 0.0, 2.0], G=1.0))
-        1.5
-        """
-        potential: Array = self._gravity(points, G, inside)[0]
-        return potential
-
-    def field(self, points: Any, G: Any = None, *, inside: bool = False) -> Array:
-        """Field g = grad Phi at points of the body frame; see :meth:`potential`.
-
-        Parameters
-        ----------
-        points : array_like or Quantity, (3,) or (K, 3)
-        G : float or Quantity, optional
-        inside : bool
-
-        Returns
-        -------
-        ndarray or Quantity, (3,) or (K, 3)
-
-        Examples
-        --------
-        >>> import astropy.units as u, fullbody
+        >>> gravity = ball.gravity([0.0, 0.0, 2.0], G=1.0)
+        >>> float(gravity.potential), gravity.field.tolist(), gravity.gradient.diagonal().tolist()
+        (1.5, [0.0, 0.0, -0.75], [-0.375, -0.375, 0.75])
+        >>> import astropy.units as u
         >>> earth = fullbody.Body(fullbody.Sphere(6371 * u.km), mass=5.972e24 * u.kg)
-        >>> earth.field([0.0, 0.0, 6371.0] * u.km)[2].to(u.m / u.s**2).round(2)
+        >>> earth.gravity([0.0, 0.0, 6371.0] * u.km).field[2].to(u.m / u.s**2).round(2)
         <Quantity -9.82 m / s2>
         """
-        field: Array = self._gravity(points, G, inside)[1]
-        return field
-
-    def _gravity(self, points: Any, G: Any, inside: bool) -> tuple[Any, Any]:
         points, G = gathered(points, "points"), gathered(G, "G")
         if G is None:
             if not is_quantity(points):
@@ -371,13 +355,14 @@ class Body(Tabled):
         own = {label: value for label, (value, _) in self._numbers().items()}
         known = refuse_mixture({"points": points, "G": G, **own})
         units = _units_of(points, G) if known else Units()
-        array = units.strip(points, "length", "points")
-        if array.ndim not in (1, 2) or array.shape[-1] != 3:
-            raise InvalidInput(f"points has shape {array.shape}; expected (3,) or (K, 3)")
+        array = points_in(points, units)
         constant = units.number(G, "G", "G")
-        potential, field = _core.gravity(self._core(units, 0), constant, np.atleast_2d(array), inside)
-        potential, field = units.attach(potential, "potential"), units.attach(field, "acceleration")
-        return (potential, field) if array.ndim == 2 else (potential[0], field[0])
+        key = (units.names, constant)
+        if self._attraction is None or self._attraction[0] != key:
+            # Of a polyhedron it is much to make.
+            self._attraction = key, _core.Attraction([self._core(units, 0)], constant, "auto")
+        origin, unturned = np.zeros((1, 1, 3)), np.array([[[1.0, 0.0, 0.0, 0.0]]])
+        return gravity_at(self._attraction[1], origin, unturned, array, units)
 
 
 def _units_of(points: Any, G: Any) -> Units:

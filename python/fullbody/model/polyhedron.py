@@ -63,7 +63,7 @@ class Polyhedron:
     >>> round(wedge.volume, 6)
     0.166667
     >>> body = fullbody.Body(wedge, density=6.0)
-    >>> body.potential([0.0, 0.0, 100.0], G=1.0).round(6)
+    >>> body.gravity([0.0, 0.0, 100.0], G=1.0).potential.round(6)
     np.float64(0.01)
     """
 

@@ -17,7 +17,9 @@ from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import Body
+from .composite import Composite, warn_of_cancelling
 from .force import Force, Ground, forces_of, rebuilt
+from .gravity import Gravity, gravity_at, points_in
 from .interactions import Energy, Interactions, Loads
 from .jacobian import Jacobian
 from .state import State
@@ -50,7 +52,7 @@ class BaseSystem(Tabled):
     attitude_chart : {"quaternion", "tait_bryan"}
         How attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which are singular at
         theta = 90 degrees.
-    vector_path : {"auto", "portable", "avx2", "avx512"}
+    vector_path : {"auto", "portable", "avx2", "avx512", "neon", "simd128"}
         Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
         every machine.
     epoch : astropy Time or str, optional
@@ -74,7 +76,7 @@ class BaseSystem(Tabled):
     System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
     """
 
-    __slots__ = ("_G", "_bodies", "_calls", "_core", "_forces", "_options", "_units")
+    __slots__ = ("_G", "_attraction", "_bodies", "_calls", "_core", "_forces", "_options", "_units")
 
     def __init__(
         self,
@@ -86,7 +88,7 @@ class BaseSystem(Tabled):
         order: tuple[int, int] | None = None,
         units: tuple[object, object, object] | bool | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
-        vector_path: Literal["auto", "portable", "avx2", "avx512"] = "auto",
+        vector_path: Literal["auto", "portable", "avx2", "avx512", "neon", "simd128"] = "auto",
         epoch: Any = None,
         frame: str | None = None,
         forces: Sequence[Force] = (),
@@ -105,7 +107,7 @@ class BaseSystem(Tabled):
         for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
             if not isinstance(value, str):
                 raise InvalidInput(f"{name} is {value!r}; expected text")
-        core = [body._core(self._units, index) for index, body in enumerate(self._bodies)]
+        core = self._core_bodies()
         settings = {
             "gravity": gravity,
             "gravity_tolerance": _tolerance(gravity_tolerance),
@@ -119,6 +121,10 @@ class BaseSystem(Tabled):
         functions = {name: call.given() for name, call in self._calls.items()}
         described = [force._describe(ground) for force in self._forces]
         self._core = _core.System(core, self._G, settings, described, functions)
+        for body, made, name in zip(self._bodies, core, self.names, strict=True):
+            if isinstance(body.shape, Composite):
+                warn_of_cancelling(name, np.array([mass for _, mass, *_ in made.given]), settings["gravity_tolerance"])
+        self._attraction: _core.Attraction | None = None
         named = {"epoch": None if epoch is None else epochs.to_text(epoch), "frame": frame}
         self._options: dict[str, Any] = self._core.settings | named
         if self._options["order"] is not None:
@@ -368,6 +374,60 @@ class BaseSystem(Tabled):
         attach = self._units.attach
         loads = (attach(force, "force"), attach(torque, "torque"))
         return Interactions(*loads, attach(energy, "energy"), left_out)
+
+    def gravity(self, state: State, points: Any, body: int | str | None = None) -> Gravity:
+        """Potential, field and gravity gradient of the bodies at points of the inertial frame, outside and inside.
+
+        The sum is over the bodies alone: forces from outside, such as the pull of a third body, are not in it.
+
+        Parameters
+        ----------
+        state : State
+        points : array_like or Quantity, (..., 3)
+            Inertial.
+        body : int or str, optional
+            The body whose gravity is wanted, by its name or place; that of all bodies unless given.
+
+        Returns
+        -------
+        Gravity
+            ``.potential`` (...), ``.field`` (..., 3) and ``.gradient`` (..., 3, 3), inertial.
+
+        Raises
+        ------
+        InvalidInput
+            For a point in a point mass, or one with coordinates that are no finite numbers, by its index; for the
+            gradient on a polyhedron's surface.
+
+        See Also
+        --------
+        Body.gravity : in the body frame.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> gravity = system.gravity(state, [[0.0, 0.0, 5.0], [0.0, 0.0, 6.0]])
+        >>> gravity.field.shape, gravity.gradient.shape
+        ((2, 3), (2, 3, 3))
+        """
+        core = self._strip(state)
+        if len(core.position) != len(self):
+            raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(self)}, as in the system")
+        place = None if body is None else self._place(body, "body")
+        pose = core.position[None], core.attitude[None]
+        return gravity_at(self._attracting, *pose, points_in(points, self._units), self._units, place)
+
+    @property
+    def _attracting(self) -> _core.Attraction:
+        """The bodies' gravity, made at the first use."""
+        if self._attraction is None:
+            self._attraction = _core.Attraction(self._core_bodies(), self._G, self._options["vector_path"])
+        return self._attraction
+
+    def _core_bodies(self) -> list[_core.Body]:
+        """The bodies in the system's units."""
+        return [body._core(self._units, index) for index, body in enumerate(self._bodies)]
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -1,14 +1,17 @@
-"""Runs from files."""
+"""Runs and flights from files."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
 from ..files import netcdf
 from .simulation import Run, System
 
-__all__ = ["load"]
+if TYPE_CHECKING:
+    from ..particles.flight import Flight
+
+__all__ = ["load", "load_flight"]
 
 
 @named_options
@@ -39,3 +42,34 @@ def load(path: Any) -> Run:
         its content is that of a run.
     """
     return netcdf.load(path, System, Run)
+
+
+@named_options
+def load_flight(path: Any) -> Flight:
+    """Read a flight that :meth:`fullbody.Flight.save` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Flight
+        Equal to the one that was saved, bit for bit; functions that were watched for have their names alone.
+
+    Raises
+    ------
+    InvalidInput
+        For a file that is not a flight of this package, or a damaged one; says what is wrong.
+    FileNotFoundError
+        Where there is no such file.
+
+    Warns
+    -----
+    UncheckedFile
+        For a file without a checksum of the whole.
+    """
+    from ..particles import files
+    from ..particles.flight import Flight
+
+    return files.load(path, System, Flight)

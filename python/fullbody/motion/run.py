@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from ..model.gravity import Gravity
     from ..plots import Plots
     from ..view import View
 
@@ -26,6 +27,33 @@ class RunVerbs(BaseRun):
         from ..plots import Plots
 
         return Plots(self)
+
+    def gravity(self, time: Any, points: Any, body: int | str | None = None) -> Gravity:
+        """Gravity of the bodies at points of the inertial frame, at times of the run; see :meth:`System.gravity`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (...)
+            Times of samples; of a run with ``dense=True`` any time within it. Shapes of times and points are broadcast:
+            times (K,) and points (K, 3) are a track, times (K, 1) and points (P, 3) have all points at all times.
+        points : array_like or Quantity, (..., 3)
+        body : int or str, optional
+
+        Returns
+        -------
+        Gravity
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=5.0, dense=True)
+        >>> run.gravity([[1.0], [2.5]], [[0.0, 0.0, 5.0], [0.0, 3.0, 5.0], [0.0, 0.0, 9.0]]).potential.shape
+        (2, 3)
+        """
+        from ..record.gravity import gravity
+
+        return gravity(self, time, points, body)
 
     def animate(
         self, path: Any, *, seconds: float = 10.0, fps: int = 20, size: Any = (6.4, 4.8), dpi: float = 100.0
@@ -168,3 +196,111 @@ class RunVerbs(BaseRun):
         from ..files.netcdf import save
 
         save(self, path)
+
+    def to_spk(self, path: Any, ids: dict[str, int], barycentre: int) -> Path:
+        """Write where the bodies are as an SPK kernel of SPICE, for systems with units, an epoch and a frame.
+
+        Positions are about the barycentre of the bodies, in km and the axes of the ICRF (SPICE's J2000), at seconds of
+        TDB. Segments are of type 13. Of a run with ``dense=True`` the nodes are so close that positions between them
+        are right to 1e-9 km. Else the nodes are the samples.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in ``.bsp``.
+        ids : dict of int
+            NAIF's numbers of the bodies to write, by name.
+        barycentre : int
+            The number of the system as a whole, to which the kernel refers the bodies.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InvalidInput
+            For a system without units, epoch or frame, numbers that are none, a run without a stretch of time.
+        OSError
+            Where the file cannot be written.
+
+        Warns
+        -----
+        PrecisionWarning
+            Where positions between the nodes are off by more, with by how much.
+
+        See Also
+        --------
+        fullbody.spice.state
+
+        Examples
+        --------
+        >>> import fullbody, spiceypy, tempfile
+        >>> system, state = fullbody.systems.didymos(units=True)
+        >>> system = system.with_options(epoch="2022-09-26T12:00:00 TDB")
+        >>> run = system.integrate(state, 12.0, dense=True)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ids = {"Didymos": 920065803, "Dimorphos": 120065803}
+        ...     path = str(run.to_spk(f"{folder}/didymos.bsp", ids, barycentre=20065803))
+        ...     spiceypy.furnsh(path)
+        ...     after_an_hour = 8304 * 86400.0 + 3600.0
+        ...     found, light_time = spiceypy.spkgeo(120065803, after_an_hour, "ECLIPJ2000", 920065803)
+        ...     spiceypy.unload(path)
+        >>> float(abs(found[:3] - (run(1.0).position[1] - run(1.0).position[0]).value).max()) < 1e-6
+        True
+        """
+        from ..spice import spk
+
+        return spk.write(self, path, ids, barycentre)
+
+    def to_ck(self, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path]:
+        """Write how the bodies are turned as a CK kernel of SPICE, with its clock and frames.
+
+        The system has to have what :meth:`to_spk` needs. The three files belong together. The CK turns frames along the
+        bodies' principal axes, such as ``ALPHA_FIXED`` for Alpha, from the axes of the ICRF (SPICE's J2000). Segments
+        are of type 5. Of a run with ``dense=True`` the nodes are so close that angles between them are right to 1e-12
+        rad, and to what the body turns in the last digit of the run's time. Else the nodes are the samples. A body's
+        frame has the body's number with the other sign, or a thousand times a number below zero.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in ``.bc``; the clock's kernel ends in ``.tsc`` and the frames' in ``.tf``.
+        ids : dict of int
+            NAIF's numbers of the bodies to write, by name.
+
+        Returns
+        -------
+        tuple of Path
+            The three files.
+
+        Raises
+        ------
+        InvalidInput
+            As :meth:`to_spk`, and for names of bodies that give no names of frames.
+        OSError
+            Where a file cannot be written.
+
+        Warns
+        -----
+        PrecisionWarning
+            Where angles between the nodes are off by more, with by how much.
+
+        Examples
+        --------
+        >>> import fullbody, spiceypy, tempfile
+        >>> system, state = fullbody.systems.didymos(units=True, frame="equatorial")
+        >>> system = system.with_options(epoch="2022-09-26T12:00:00 TDB")
+        >>> run = system.integrate(state, 12.0, dense=True)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     paths = [str(path) for path in run.to_ck(f"{folder}/didymos.bc", {"Dimorphos": 120065803})]
+        ...     spiceypy.furnsh(paths)
+        ...     matrix = spiceypy.pxform("DIMORPHOS_FIXED", "J2000", 8304 * 86400.0 + 3600.0)
+        ...     spiceypy.unload(paths)
+        >>> float(abs(matrix - run(1.0).rotation_matrix[1]).max()) < 1e-12
+        True
+        """
+        from ..spice import ck
+
+        return ck.write(self, path, ids)

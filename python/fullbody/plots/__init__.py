@@ -1,4 +1,7 @@
-"""Pictures of a run, behind :attr:`fullbody.Run.plot`; one file a plot, matplotlib imported when one is drawn."""
+"""Pictures of a run, behind :attr:`fullbody.Run.plot`, of what :mod:`fullbody.fields` computes, and of particles' impacts.
+
+One file a plot; matplotlib is imported when one is drawn.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
+from .fields import roche_lobes, surface_map, surface_scene, zero_velocity
+from .particles import impacts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +21,7 @@ if TYPE_CHECKING:
     from ._style import ArrayOfAxes
     from .summary import Page
 
-__all__ = ["Plots"]
+__all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
 
 @named_options

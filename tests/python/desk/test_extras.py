@@ -57,6 +57,7 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
         ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc'")], "data"),
         ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
+        ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),
         (
             "astropy",
             [

@@ -90,6 +90,7 @@ def test_one_version_is_told_everywhere():
     for file, pattern in (
         ("CITATION.cff", r"^version: (\S+)$"),
         ("docs/cite.md", r"^  version = \{(\S+)\},$"),
+        ("conda/recipe.yaml", r'^  version: "(\S+)"$'),
         # The newest one below [Unreleased].
         ("CHANGELOG.md", r"^## \[(\d\S*)\]"),
     ):

@@ -20,7 +20,7 @@ def kinds(cell):
 
 
 def test_there_are_notebooks():
-    assert {"01", "02", "03", "04", "05", "06", "07"} <= {path.name[:2] for path in NOTEBOOKS}
+    assert {"01", "02", "03", "04", "05", "06", "07", "10"} <= {path.name[:2] for path in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

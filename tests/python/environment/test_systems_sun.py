@@ -6,6 +6,7 @@ import pytest
 import rebound
 from astropy import units as u
 from fullbody import forces, systems
+from support import ready
 
 AU = 149597870.7
 BINARIES = ("didymos", "didymos_after_dart", "dinkinesh", "fg3_1996", "patroclus_menoetius", "antiope", "sn263_2001")
@@ -47,7 +48,7 @@ def test_the_orbit_is_the_published_one(name):
 
 def test_didymos_at_the_impact_of_dart():
     """1.046 au from the Sun and 0.0757 au from the Earth, 11.3 million kilometres."""
-    system, _ = systems.didymos(sun=True)
+    system, _ = ready("didymos", sun=True)
     assert np.linalg.norm(sun(system)) == pytest.approx(1.046, abs=1e-3)
     a, e, *degrees = systems.published("didymos")["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"]
     orbit = fullbody.KeplerElements(a * u.au, e, *(degrees * u.deg))
@@ -79,7 +80,7 @@ def test_kw4_takes_its_pole_and_epoch():
 
 
 def test_units_and_other_forces_stay():
-    plain, _ = systems.didymos(sun=True)
+    plain, _ = ready("didymos", sun=True)
     tide = forces.Tide("Didymos", "Dimorphos", k2=1e-5, lag=0.01)
     for units in (True, ("m", "s", "kg")):
         system, state = systems.didymos(sun=True, units=units, forces=[tide])

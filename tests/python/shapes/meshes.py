@@ -67,3 +67,23 @@ def pose(separation, seed=3, spin=0.0):
     attitude /= np.linalg.norm(attitude, axis=1)[:, None]
     position = np.array([np.zeros(3), separation])
     return fullbody.State(position, np.zeros((2, 3)), attitude=attitude, spin=spin * rng.normal(size=(2, 3)))
+
+
+def focal_points(a, b, c, n=12, m=48):
+    """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
+    t, w = np.polynomial.legendre.leggauss(2 * n + 1)
+    t, w = t[t > 1e-9], w[t > 1e-9]
+    alpha = 2.0 * np.pi * (np.arange(m) + 0.5) / m
+    ring = np.sqrt(1.0 - t * t)[:, None] * np.array([np.cos(alpha), np.sin(alpha)])[:, None]
+    points = np.stack([(a * a - c * c) ** 0.5 * ring[0], (b * b - c * c) ** 0.5 * ring[1], 0.0 * ring[0]], axis=-1)
+    # Numpy's weights of many points are good to some 1e-14.
+    weights = t * t * w / (t * t * w).sum()
+    return points.reshape(-1, 3), np.repeat(weights / m, m)
+
+
+def with_more_faces(solid):
+    """The same solid with each face cut in three."""
+    corners = solid.vertices[solid.faces]
+    middle = len(solid.vertices) + np.arange(len(solid.faces))
+    faces = [np.column_stack([solid.faces[:, k], solid.faces[:, (k + 1) % 3], middle]) for k in range(3)]
+    return Polyhedron(np.concatenate([solid.vertices, corners.mean(axis=1)]), np.concatenate(faces))

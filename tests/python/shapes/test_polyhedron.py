@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
-from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose
+from meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose
 from support import matrix, reference
 
 
@@ -90,8 +90,9 @@ def test_the_field_has_all_digits_near_edges_and_far_away(x):
     potential, field = werner_scheeres(solid.vertices, solid.faces, 0.48, x)
     body = Body(solid, mass=1.0)
     # Near a surface some digits of the point itself are lost, in the differences to its corners.
-    close(body.potential(x, G=1.0, inside=True), potential, 3e-14)
-    close(body.field(x, G=1.0, inside=True), field, 3e-14)
+    found = body.gravity(x, G=1.0)
+    close(found.potential, potential, 3e-14)
+    close(found.field, field, 3e-14)
 
 
 def test_the_field_is_that_of_another_program():
@@ -111,9 +112,10 @@ def test_the_field_is_that_of_another_program():
     # Its G is that of CODATA 2018, its acceleration has the opposite sign.
     potential = np.array([row[0] for row in rows]) / 6.67430e-11
     field = -np.array([row[1] for row in rows]) / 6.67430e-11
-    sign = np.sign(np.sum(field * body.field(points, G=1.0, inside=True)))
-    close(body.potential(points, G=1.0, inside=True), potential, 1e-12)
-    close(body.field(points, G=1.0, inside=True), sign * field, 1e-12)
+    found = body.gravity(points, G=1.0)
+    sign = np.sign(np.sum(field * found.field))
+    close(found.potential, potential, 1e-12)
+    close(found.field, sign * field, 1e-12)
 
 
 def test_icospheres_converge_to_the_ellipsoid_by_the_number_of_faces():
@@ -244,16 +246,6 @@ def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
         Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
 
 
-def focal_points(a, b, c, n=12, m=48):
-    """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
-    t, w = np.polynomial.legendre.leggauss(2 * n + 1)
-    t, w = t[t > 1e-9], w[t > 1e-9]
-    alpha = 2.0 * np.pi * (np.arange(m) + 0.5) / m
-    ring = np.sqrt(1.0 - t * t)[:, None] * np.array([np.cos(alpha), np.sin(alpha)])[:, None]
-    points = np.stack([(a * a - c * c) ** 0.5 * ring[0], (b * b - c * c) ** 0.5 * ring[1], 0.0 * ring[0]], axis=-1)
-    return points.reshape(-1, 3), np.repeat(3.0 * t * t * w / m, m)
-
-
 @pytest.mark.parametrize("distance", [1.7, 2.4, 5.0, 40.0, 3000.0])
 @pytest.mark.parametrize("swapped", [False, True])
 def test_beside_an_ellipsoid_it_is_attracted_as_it_attracts(distance, swapped):
@@ -264,8 +256,8 @@ def test_beside_an_ellipsoid_it_is_attracted_as_it_attracts(distance, swapped):
     turns = state.rotation_matrix
     points, weights = focal_points(*axes)
     arms = points @ turns[1].T
-    field = bodies[0].field((state.position[1] + arms) @ turns[0], G=1.0) @ turns[0].T
-    potential = bodies[0].potential((state.position[1] + arms) @ turns[0], G=1.0)
+    found = bodies[0].gravity((state.position[1] + arms) @ turns[0], G=1.0)
+    field, potential = found.field @ turns[0].T, found.potential
     force = 2.0 * weights @ field
     torque = 2.0 * weights @ np.cross(arms, field) @ turns[1]
     back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ turns[0]
@@ -299,7 +291,7 @@ def test_beside_spheres_points_and_composites(other):
     force, torque = np.zeros(3), np.zeros(3)
     for centre in centres:
         arm = turns[1] @ centre
-        pull = 2.0 / len(centres) * turns[0] @ body.field(turns[0].T @ (state.position[1] + arm), G=1.0)
+        pull = 2.0 / len(centres) * turns[0] @ body.gravity(turns[0].T @ (state.position[1] + arm), G=1.0).field
         force += pull
         torque += np.cross(arm, pull)
     close(found.force, [-force, force], 1e-14)
@@ -335,8 +327,8 @@ def test_numbering_turning_and_units_change_nothing():
     plain = Body(solid, mass=3.0)
     G = 6.0e-11
     points = np.array([[1.5, 0.2, 0.1], [20.0, 1.0, 3.0]])
-    united = body.field(points * u.km, G=G * u.m**3 / u.kg / u.s**2)
-    close(united.to_value(u.km / u.s**2), plain.field(points, G=G * 1e-9), 1e-14)
+    united = body.gravity(points * u.km, G=G * u.m**3 / u.kg / u.s**2).field
+    close(united.to_value(u.km / u.s**2), plain.gravity(points, G=G * 1e-9).field, 1e-14)
     close(body.inertia.to_value(u.kg * u.km**2), plain.inertia, 1e-14)
     close(with_units.volume.to_value(u.km**3), solid.volume, 1e-14)
 

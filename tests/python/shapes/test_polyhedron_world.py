@@ -7,7 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Part, PointMass, Polyhedron, Sphere
-from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose
+from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose, with_more_faces
 from support import DATA, matrix
 
 
@@ -106,6 +106,31 @@ def test_shapes_are_read_from_files(tmp_path, kind):
             Polyhedron.load(path, unit=unit)
 
 
+@pytest.mark.parametrize("make", [fullbody.systems.kw4, fullbody.systems.didymos], ids=lambda make: make.__name__)
+def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
+    """Files as archives have them, with rows of v and f: the ellipsoids of the system as meshes, slightly turned."""
+    system, state = make(units=True)
+    bodies, turn = [], matrix(np.array([np.cos(0.05), 0.0, 0.0, np.sin(0.05)]))
+    for body in system.bodies:
+        axes = [axis.to_value(u.km) for axis in body.shape.semi_axes]
+        solid = icosphere(2, axes)
+        rows = [f"v {x:14.6e} {y:14.6e} {z:14.6e}" for x, y, z in solid.vertices @ turn.T]
+        rows += [f"f {i} {j} {k}" for i, j, k in solid.faces + 1]
+        path = tmp_path / f"{body.name}.tab"
+        path.write_text("\n".join(rows) + "\n")
+        shape = Polyhedron.load(path, unit="km")
+        bodies.append(Body(shape, mass=body.mass, name=body.name))
+        # The mesh lies within its ellipsoid.
+        assert 0.93 < (shape.volume / (4.0 / 3.0 * np.pi * np.prod(axes) * u.km**3)).to_value("") < 1.0
+    meshes = fullbody.System(bodies, units=("km", "hour", "kg"), gravity_tolerance=1e-8)
+    found, expected = meshes.interactions(state), system.interactions(state)
+    close(found.force.value, expected.force.value, 2e-3)
+    quick = fullbody.Verner98(1e-8, 1e-8)
+    runs = [each.integrate(state, 5.0, output=[5.0], integrator=quick) for each in (meshes, system)]
+    ends = [(run.position[-1, 1] - run.position[-1, 0]).to_value(u.km) for run in runs]
+    assert np.linalg.norm(ends[0] - ends[1]) < 0.01 * np.linalg.norm(ends[1])
+
+
 def test_files_that_are_no_shapes_are_refused(tmp_path):
     path = tmp_path / "shape.tab"
     with pytest.raises(FileNotFoundError, match=r"shape\.tab"):
@@ -141,6 +166,7 @@ def test_runs_toml_and_archives_keep_polyhedra(tmp_path):
     simulation.save(tmp_path / "simulation")
     resumed = fullbody.Simulation.load(tmp_path / "simulation")
     assert resumed.system == system
+    assert resumed.quadrature == simulation.quadrature
     assert np.array_equal(resumed.integrate(1.0).position, simulation.integrate(1.0).position)
     write(tmp_path / "a.tab", solid, "tab")
     mesh = f"{{ vertices = {box(1.0, 1.0, 1.0).vertices.tolist()}, faces = {CUBE.tolist()} }}"
@@ -168,14 +194,48 @@ def test_pictures_show_polyhedra(tmp_path):
         assert "8 faces" in thing._repr_html_().replace('faces</td><td style="text-align:left">8', "8 faces")
 
 
+def test_films_show_polyhedra_and_composites(tmp_path):
+    pytest.importorskip("matplotlib")
+    image = pytest.importorskip("PIL.Image")
+    lobes = [Part(Sphere(0.4), mass=0.2, position=(x, 0.0, 0.0)) for x in (-0.3, 0.3)]
+    cube = Part(box(0.3, 0.3, 0.3), mass=0.1, position=(0.0, 0.5, 0.0))
+    bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Composite([*lobes, cube]), name="B")]
+    system = fullbody.System(bodies, G=1.0, gravity_tolerance=1e-8)
+    spin = [[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]]
+    state = fullbody.State([[0.0] * 3, [3.0, 0.0, 0.0]], [[0.0] * 3, [0.0, 0.6, 0.0]], spin=spin)
+    run = system.integrate(state, 1.0, output=0.5, integrator=fullbody.Verner98(1e-8, 1e-8))
+
+    def pictures(run, name):
+        with image.open(run.animate(tmp_path / name, seconds=0.3, fps=10, size=(3.0, 2.5), dpi=60)) as film:
+            frames = []
+            for frame in range(film.n_frames):
+                film.seek(frame)
+                frames.append(np.asarray(film.convert("RGB"), dtype=int))
+        return frames
+
+    frames = pictures(run, "film.gif")
+    assert len(frames) == 3
+    # Blue is the first body, and orange the second one; both are there, and move.
+    for near, far in ((2, 0), (0, 2)):
+        painted = [frame[..., near] - frame[..., far] > 25 for frame in frames]
+        assert min(p.sum() for p in painted) > 100
+        assert (painted[0] != painted[-1]).sum() > 30
+    # The ball around the polyhedron makes another picture.
+    ball = fullbody.System([Body(Sphere(1.0), mass=1.0, name="A"), bodies[1]], G=1.0, gravity_tolerance=1e-8)
+    round_one = pictures(ball.integrate(state, 1e-3, output=1e-3), "ball.gif")[0]
+    blue = [(frame[..., 2] - frame[..., 0] > 25).sum() for frame in (frames[0], round_one)]
+    assert blue[0] < 0.8 * blue[1]
+
+
 def test_what_is_not_done_is_refused():
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Sphere(0.3), mass=0.2, name="B")]
     with pytest.raises(fullbody.InvalidInput, match="beside A, a polyhedron"):
         fullbody.System(bodies, G=1.0, order=(8, 8))
-    touching = [Body(octahedron(1.0, 1.0, 1.0), mass=1.0, name=name) for name in "AB"]
-    state = fullbody.State([[0.0] * 3, [2.0 + 1e-9, 0.0, 0.0]], np.zeros((2, 3)), attitude=[[1.0, 0, 0, 0]] * 2)
-    with pytest.raises(fullbody.NotConverged, match="over the faces"):
-        fullbody.System(touching, G=1.0).interactions(state)
+    # Faces so near to each other that each point of one is near to an edge of the other.
+    flat = [Body(with_more_faces(with_more_faces(box(1.0, 1.0, 1.0))), mass=1.0, name=name) for name in "AB"]
+    state = fullbody.State([[0.0] * 3, [1.0 + 1e-12, 0.0, 0.0]], np.zeros((2, 3)), attitude=[[1.0, 0, 0, 0]] * 2)
+    with pytest.raises(fullbody.NotConverged, match=r"over the faces of A, beside B, .* 1e8 evaluations"):
+        fullbody.System(flat, G=1.0).interactions(state)
 
 
 @pytest.mark.parametrize(

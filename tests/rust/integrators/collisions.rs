@@ -35,7 +35,7 @@ fn attempt(
     dense: bool,
 ) -> (Trajectory, Result<(), Error>) {
     let mut record = Trajectory::new(simulation.system().bodies().len());
-    let run = Run { output, events, dense };
+    let run = Run { output, events, dense, derivatives: None };
     let outcome = simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(()));
     (record, outcome)
 }

@@ -1,6 +1,7 @@
 //! Nothing goes on for long without asking: by counted work, not by the clock.
 
 use super::systems::*;
+use crate::support::allocations;
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::{Error, Refusal, Result};
 use fullbody::integrate::{Equations, Scheme, Stepper, Tolerance, VERNER98};
@@ -221,8 +222,21 @@ fn a_large_polyhedron_beside_an_ellipsoid() {
     assert!((force - whole.force_on_first).norm() < 1e-13 * size);
     assert!((torques[0] - whole.torque_first).norm() < 1e-13 * size);
     assert!((torques[1] - whole.torque_second).norm() < 1e-13 * size);
-    let energy: f64 = pair.pieces().map(|nodes| pair.potential_energy_of(&pose, nodes)).sum();
+    let pieces = pair.energy_pieces(&pose, &mut Patience::endless()).unwrap();
+    let energy: f64 = pieces.into_iter().map(|nodes| pair.potential_energy_of(&pose, nodes)).sum();
     assert!((energy / pair.potential_energy(&pose) - 1.0).abs() < 1e-13);
+    // Faces are divided otherwise at another pose; the pieces have each part once all the same.
+    let [nearer, before] = [Vec3::new(0.71, 0.15, 0.2), pose.separation];
+    for separation in [nearer, before] {
+        let pose = Pose { separation, ..pose };
+        let whole = pair.interaction(&pose).force_on_first;
+        let counted = allocations();
+        let again = pair.interaction(&pose);
+        assert_eq!(allocations(), counted);
+        assert_eq!(again.force_on_first, whole);
+        let sum: Vec3 = pair.pieces().map(|nodes| pair.interaction_of(&pose, nodes).force_on_first).sum();
+        assert!((sum - whole).norm() < 1e-13 * size);
+    }
     interrupted(impatient(|patience| pair.prepare(&pose, 0.0, patience)));
 }
 
@@ -345,7 +359,7 @@ fn the_inside_of_a_fixed_step() {
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         let go = |simulation: &mut Simulation, hook: &mut dyn FnMut() -> ControlFlow<()>| {
             let mut record = Trajectory::new(2);
-            let run = Run { output: &Output::Steps, events: &mut [], dense: true };
+            let run = Run { output: &Output::Steps, events: &mut [], dense: true, derivatives: None };
             let outcome = simulation.run(1.0, run, &mut record, &mut |_, _| hook());
             (record, outcome)
         };
@@ -397,7 +411,7 @@ fn samples_and_events() {
         let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
         let mut record = Trajectory::new(2);
         let mut events = [Event::new(Condition::Periapsis { first: 0, second: 1 })];
-        let run = Run { output: &output, events: &mut events, dense: false };
+        let run = Run { output: &output, events: &mut events, dense: false, derivatives: None };
         let mut calls = 0;
         let outcome = simulation.run(10.0, run, &mut record, &mut |_, _| {
             calls += 1;

@@ -47,7 +47,7 @@ fn run(
     events: &mut [Event],
 ) -> (Trajectory, Result<()>) {
     let mut record = Trajectory::new(2);
-    let run = Run { output: &Output::Times(times.to_vec()), events, dense: true };
+    let run = Run { output: &Output::Times(times.to_vec()), events, dense: true, derivatives: None };
     let outcome = simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(()));
     (record, outcome)
 }
@@ -118,7 +118,7 @@ fn compare(
     let mut plain = Simulation::new(system, state, integrator).unwrap();
     let mut record = Trajectory::new(2);
     let output = Output::Steps;
-    let only = Run { output: &output, events: &mut events(), dense: false };
+    let only = Run { output: &output, events: &mut events(), dense: false, derivatives: None };
     plain.run(until, only, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     assert_eq!(record.events, found, "{label}");
     let counts = difference(second.statistics(), first.statistics());

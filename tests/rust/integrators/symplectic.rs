@@ -2,7 +2,7 @@
 
 use super::systems::*;
 use crate::support::{cases, direction, semi_axes};
-use fullbody::dynamics::{AttitudeChart, farthest_turn, free_rotation, variational_rotation};
+use fullbody::dynamics::{AttitudeChart, Top, farthest_turn, variational_rotation};
 use fullbody::error::{Error, Result};
 use fullbody::integrate::Scheme;
 use fullbody::math::{Vec3, rotation};
@@ -46,7 +46,7 @@ fn free_top() {
     let second = ((energy2 * i3 - square) / (i2 * (i3 - i2))).sqrt();
     let q = rotation::normalised([0.3, -0.5, 0.7, 0.2]);
     for time in [0.05, 0.7, 3.0, -11.0] {
-        let (turned, change) = free_rotation(inertia, q, start, time).unwrap();
+        let (turned, change) = Top::new(inertia).turn(q, start, time).unwrap();
         let (sn, cn, dn) = jacobi(rate * time, m);
         let spin = start + change;
         let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
@@ -57,7 +57,7 @@ fn free_top() {
         assert!((length - 1.0).abs() < 4e-15, "{length}");
         let momentum = |q, w: Vec3| rotation::matrix(q) * inertia.component_mul(&w);
         assert!((momentum(p, spin) - momentum(q, start)).norm() < 4e-15);
-        let (back, _) = free_rotation(inertia, p, spin, -time).unwrap();
+        let (back, _) = Top::new(inertia).turn(p, spin, -time).unwrap();
         let error = (0..4).map(|k| (p[k] + back[k] - q[k]).abs()).fold(0.0, f64::max);
         assert!(error < 4e-15, "{error:e}");
     }
@@ -82,7 +82,7 @@ fn needle() {
     for time in [3.0, -40.0, 300.0] {
         assert!(inertia.component_mul(&start).norm() / i1 * f64::abs(time) > 1e6);
         assert!(farthest_turn(inertia, start, time) < 1.5 * start.norm() * time.abs());
-        let (turned, change) = free_rotation(inertia, [1.0, 0.0, 0.0, 0.0], start, time).unwrap();
+        let (turned, change) = Top::new(inertia).turn([1.0, 0.0, 0.0, 0.0], start, time).unwrap();
         let (sn, cn, dn) = jacobi(rate * time, m);
         let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
         let error = (start + change - expected).norm();
@@ -105,7 +105,7 @@ proptest! {
         // Over so long a time the bound by the energy counts as well.
         let bound = farthest_turn(inertia, along, 1e6) / 1e6;
         for _ in 0..200 {
-            let (turned, change) = free_rotation(inertia, q, spin, 0.37).unwrap();
+            let (turned, change) = Top::new(inertia).turn(q, spin, 0.37).unwrap();
             (0..4).for_each(|k| q[k] += turned[k]);
             spin += change;
             prop_assert!(spin.norm() <= bound * (1.0 + 1e-12), "{} {bound}", spin.norm());
@@ -126,7 +126,7 @@ fn symmetric_top() {
             let spin = Vec3::new(0.4, -0.3, 0.8);
             let q = [0.5, 0.5, -0.5, 0.5];
             let [(a, u), (b, v)] =
-                [inertia, near].map(|moments| free_rotation(moments, q, spin, 1.3).unwrap());
+                [inertia, near].map(|moments| Top::new(moments).turn(q, spin, 1.3).unwrap());
             assert!((u - v).norm() < 1e-11 && (0..4).all(|k| (a[k] - b[k]).abs() < 1e-11));
         }
     }
@@ -146,7 +146,7 @@ fn discrete_top() {
         let (back, changed) = variational_rotation(inertia, p, spin + change, -h).unwrap();
         assert!((change + changed).norm() < 1e-15);
         assert!((0..4).all(|k| (turned[k] + back[k]).abs() < 1e-15));
-        let (exact, _) = free_rotation(inertia, q, spin, h).unwrap();
+        let (exact, _) = Top::new(inertia).turn(q, spin, h).unwrap();
         (0..4).map(|k| (turned[k] - exact[k]).abs()).fold(0.0, f64::max)
     });
     let order = (errors[0] / errors[1]).log2() - 1.0;

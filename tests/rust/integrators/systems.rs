@@ -97,7 +97,7 @@ pub fn all(tolerance: f64, step: f64) -> Vec<Integrator> {
 /// Runs without events.
 pub fn integrate(simulation: &mut Simulation, until: f64, output: &Output, dense: bool) -> Trajectory {
     let mut record = Trajectory::new(simulation.system().bodies().len());
-    let run = Run { output, events: &mut [], dense };
+    let run = Run { output, events: &mut [], dense, derivatives: None };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     record
 }

@@ -1,0 +1,55 @@
+//! (66391) 1999 KW4 with plain numbers in km, hours and kg: `cargo run --release --example kw4 [HOURS]`. Prints the orbit once a
+//! day and how well energy and angular momentum hold.
+
+use fullbody::dynamics::{Settings, State, System};
+use fullbody::integrate::Tolerance;
+use fullbody::math::Vec3;
+use fullbody::orbit::KeplerElements;
+use fullbody::shape::{Body, Shape};
+use fullbody::trajectory::{Integrator, Output, Simulation, Trajectory};
+use std::ops::ControlFlow;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let hours = std::env::args().nth(1).map_or(Ok(200.0), |text| text.parse())?;
+    let alpha = Body::with_mass("Alpha", Shape::ellipsoid([0.766, 0.7475, 0.6735])?, 2.353e12)?;
+    let beta = Body::with_mass("Beta", Shape::ellipsoid([0.285, 0.2315, 0.1745])?, 0.135e12)?;
+    let system = System::new(vec![alpha, beta], 8.64960768e-13, Settings::default())?;
+    let mu = 8.64960768e-13 * (2.353e12 + 0.135e12);
+
+    // Beta's long axis points at Alpha, and it turns once an orbit; Alpha's pole is 3.2 degrees off the orbit's.
+    let orbit = KeplerElements::new(2.548, 0.0, 0.0, 0.0, 0.0, 0.0)?;
+    let (position, velocity) = orbit.to_cartesian(mu)?;
+    let state = State::from_tait_bryan(
+        0.0,
+        vec![Vec3::zeros(), position],
+        vec![Vec3::zeros(), velocity],
+        &[[3.2_f64.to_radians(), 0.0, 0.0], [0.0; 3]],
+        vec![Vec3::new(0.0, 0.0, 2.27), Vec3::new(0.0, 0.0, orbit.mean_motion(mu)?)],
+    )?;
+
+    let mut simulation =
+        Simulation::new(&system, &state, Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?))?;
+    let mut run = Trajectory::new(2);
+    simulation.integrate(hours, &Output::Spacing(24.0), &mut run, &mut |_| ControlFlow::Continue(()))?;
+
+    println!("{:>8} {:>10} {:>10}", "hours", "a [km]", "e");
+    for (sample, time) in run.time.iter().enumerate() {
+        let relative = |values: &[f64]| {
+            let [first, second] =
+                [0, 1].map(|body| Vec3::from_column_slice(&values[6 * sample + 3 * body..][..3]));
+            second - first
+        };
+        let osculating =
+            KeplerElements::from_cartesian(&relative(&run.position), &relative(&run.velocity), mu)?;
+        println!("{time:8.1} {:10.6} {:10.6}", osculating.semi_major_axis, osculating.eccentricity);
+    }
+    let energy = |sample: usize| run.energy[4 * sample];
+    let momentum = |sample: usize| Vec3::from_column_slice(&run.angular_momentum[3 * sample..][..3]);
+    let last = run.len() - 1;
+    println!("energy, relative change: {:.1e}", (energy(last) - energy(0)) / energy(0));
+    println!(
+        "angular momentum, relative change: {:.1e}",
+        (momentum(last) - momentum(0)).norm() / momentum(0).norm()
+    );
+    Ok(())
+}

@@ -1,0 +1,172 @@
+"""``fullbody millennia``: 1999 KW4 over ten thousand years, in parts that are kept as they are made."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.atomic import replacing
+from ..base.tables import Table, to_text
+from ..errors import InvalidInput
+from ..files.netcdf import netcdf
+from ..motion.loading import load
+from ..motion.simulation import Run, Simulation
+from ..plots._style import LINES, grid, legend, matplotlib
+from ..record.integrators import SymplecticSplitting
+from ..systems import kw4_ho2021
+from .kw4.drawing import figure, largest, windows
+from .kw4.numbers import write_numbers
+
+__all__ = ["measure", "register"]
+
+#: Hours of a Julian year.
+_YEAR = 8766.0
+#: About so many samples a year.
+_SAMPLES = 10.0
+#: The simulation at the end of the last part.
+_KEPT = "simulation.sim"
+
+
+def register(subparsers: Any) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "millennia",
+        help="ten thousand years of 1999 KW4 by the symplectic splitting",
+        description="Run the paper's (66391) 1999 KW4 for ten thousand years by the symplectic splitting, whose step "
+        "is chosen by short trials, and write samples, numbers and a figure of the energy's error. A run that was "
+        "cut short goes on where it was by the same command, and a longer one from the end of a shorter one.",
+    )
+    parser.add_argument("--out", type=Path, default=Path("out/millennia"), help="folder (%(default)s)")
+    parser.add_argument("--years", type=float, default=10_000.0, help="of 365.25 days (%(default)g)")
+    parser.add_argument("--shape", choices=("spheroid", "ellipsoid"), default="spheroid", help="(%(default)s)")
+    parser.add_argument("--energy-error", type=float, default=1e-9, help="largest, of the orbit's (%(default)g)")
+    parser.add_argument("--step", type=float, help="hours, instead of the trials")
+    parser.add_argument("--part", type=float, default=100.0, help="years that are run at once and kept (%(default)g)")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run what is missing, print and draw the whole."""
+    for name in ("years", "part"):
+        value = getattr(arguments, name)
+        if not 0.0 < value < float("inf"):
+            raise InvalidInput(f"--{name} is {value:g}; expected a number above zero")
+    # A missing package is reported before the work, not after it.
+    netcdf()
+    matplotlib("figure")
+    out: Path = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    started = time.process_time()
+    sim = _simulation(out / _KEPT, arguments)
+    step: float = sim.integrator.step  # type: ignore[attr-defined]
+    # Samples and parts end where steps do, so that all steps have one size.
+    spacing = max(1, round(_YEAR / _SAMPLES / step))
+    length = spacing * max(1, round(arguments.part * _YEAR / step / spacing))
+    done = float(sim.time) / (length * step)
+    first, wanted = round(done), max(1, round(arguments.years * _YEAR / (length * step)))
+    if abs(done - first) > 1e-6:
+        raise InvalidInput(
+            f"{out / _KEPT} ends within a part of {arguments.part:g} years; expected the --part it was run by"
+        )
+    for part in range(first, wanted):
+        if not arguments.quiet and sys.stderr.isatty():
+            print(f"\r{part * length * step / _YEAR:7.0f} of {arguments.years:g} years ", end="", file=sys.stderr)
+        samples = step * (part * length + spacing * np.arange(part > 0, length // spacing + 1))
+        result = sim.integrate(samples[-1], samples)
+        # The samples first: what is cut short between the two files is run again, to the same bits.
+        result.save(out / f"part-{part:04d}.nc")
+        sim.save(out / _KEPT)
+    seconds = time.process_time() - started
+    found = measure([load(out / f"part-{part:04d}.nc") for part in range(max(first, wanted))])
+    years = max(0, wanted - first) * length * step / _YEAR
+    table = Table(f"1999 KW4, {arguments.shape}s, {sim.integrator}")
+    table.rows = [(name, text) for name, text in _rows(found)]
+    if years:
+        table.rows.append(("CPU time of these years, trials of the step included", f"{years:g} in {seconds:.0f} s"))
+    print(to_text(table))
+    with replacing(out / "energy.png") as path:
+        _figure(found).savefig(path, dpi=150)
+    write_numbers(
+        out / "numbers.json", {"shape": arguments.shape, "step": step, **{name: text for name, text in table.rows}}
+    )
+    print(f"\nSamples, numbers.json and energy.png are in {out}/")
+    return 0
+
+
+def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:
+    """The simulation that was kept, or a new one."""
+    system, state = kw4_ho2021(arguments.shape)
+    if kept.exists():
+        sim = Simulation.load(kept)
+        same = sim.system == system and isinstance(sim.integrator, SymplecticSplitting)
+        if not same or arguments.step not in (None, sim.integrator.step):  # type: ignore[attr-defined]
+            raise InvalidInput(
+                f"{kept} is of {sim!r}; expected the shape and the step of this command, or another --out"
+            )
+        return sim
+    if arguments.step is not None:
+        return Simulation(system, state, SymplecticSplitting(step=arguments.step))
+    return Simulation(system, state, SymplecticSplitting.suggest(system, state, energy_error=arguments.energy_error))
+
+
+def measure(runs: list[Run]) -> dict[str, Any]:
+    """Errors of the conserved quantities and elements at the samples of runs that go on from each other."""
+    start = runs[0][0]
+    energy = runs[0].system.energy(start)
+    total = np.concatenate([run.energy for run in runs])
+    momentum = np.concatenate([run.angular_momentum for run in runs])
+    elements = [run.elements() for run in runs]
+    change = momentum - momentum[0]
+    return {
+        "years": np.concatenate([run.time for run in runs]) / _YEAR,
+        "energy": (total - total[0]) / abs(energy.potential + energy.translational),
+        "angular_momentum": np.linalg.norm(change, axis=1) / np.linalg.norm(momentum[0]),
+        "e": np.concatenate([orbit.e for orbit in elements]),
+        "a": np.concatenate([orbit.a for orbit in elements]),
+    }
+
+
+def _rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+    years, energy = found["years"], np.abs(found["energy"])
+    early = years <= 0.01 * years[-1]
+    late = years >= 0.9 * years[-1]
+    return [
+        ("years", f"{years[-1]:.2f}"),
+        ("samples", str(len(years))),
+        ("energy error, largest, of the orbit's", f"{energy.max():.1e}"),
+        ("  in the first hundredth", f"{energy[early].max():.1e}"),
+        ("  in the last tenth", f"{energy[late].max():.1e}"),
+        ("  mean of the last tenth, with its sign", f"{found['energy'][late].mean():+.1e}"),
+        ("angular momentum error, largest", f"{found['angular_momentum'].max():.1e}"),
+        ("eccentricity", f"{found['e'].min():.4f} to {found['e'].max():.4f}"),
+        ("semi-major axis [km]", f"{found['a'].min():.4f} to {found['a'].max():.4f}"),
+    ]
+
+
+def _figure(found: dict[str, Any]) -> Any:
+    """The errors in windows, and the range of the eccentricity."""
+    years = found["years"]
+    width = max(years[-1] / 400, 2 / _SAMPLES)
+    drawn, axes = figure(2, 1, (8.0, 6.0), sharex=True)
+    errors, orbit = axes[:, 0]
+    for place, (name, label) in enumerate(
+        (("energy", "energy, of the orbit's"), ("angular_momentum", "angular momentum"))
+    ):
+        errors.plot(*largest(years, found[name], width), label=label, **LINES[place])
+    errors.set_yscale("log")
+    errors.set_ylabel("|relative error|,\nlargest in each window")
+    legend(errors)
+    middle, low, high = windows(years, found["e"], width)
+    orbit.fill_between(middle, low, high, color=LINES[0]["color"], alpha=0.4, linewidth=0.0)
+    orbit.set_ylabel("eccentricity,\nrange in each window")
+    orbit.set_xlabel("time [years]")
+    for ax in (errors, orbit):
+        ax.margins(x=0)
+        grid(ax)
+    return drawn

@@ -1,0 +1,145 @@
+"""The frame that turns with a pair of bodies, and the field in it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.units import Units
+from ..errors import InvalidInput, caution
+from ..model.gravity import Gravity, gravity_at, points_in
+from ..model.state import State
+from ..model.system import BaseSystem
+from ..typing import Array, Scalar
+
+__all__ = ["Frame"]
+
+_Numbers = npt.NDArray[np.float64]
+#: Accelerations or figures that change by more than this share of what they are do not rest in the frame.
+_STEADY = 1e-3
+
+
+class Frame:
+    """Base of :class:`fullbody.fields.Synodic`: the frame itself."""
+
+    def __init__(self, system: BaseSystem, state: State) -> None:
+        if len(system) != 2:
+            raise InvalidInput(f"system has {len(system)} bodies; expected 2")
+        self.system, self._state, self._units = system, state, system._units
+        core, masses = system._strip(state), system._masses
+        self._masses = masses
+        self.primary = int(masses[1] > masses[0])
+        first, second = self.primary, 1 - self.primary
+        shares = masses / masses.sum()
+        self._origin, self._drift = shares @ core.position, shares @ core.velocity
+        r, v = core.position[second] - core.position[first], core.velocity[second] - core.velocity[first]
+        h = np.cross(r, v)
+        self._distance = float(np.linalg.norm(r))
+        if not np.linalg.norm(h) > 1e-12 * self._distance * np.linalg.norm(v):
+            raise InvalidInput("the bodies move along a line; expected bodies that go round each other")
+        self._rate = float(np.linalg.norm(h) / self._distance**2)
+        x, z = r / self._distance, h / np.linalg.norm(h)
+        #: Turns vectors of the frame into inertial ones.
+        self._turn = np.stack([x, np.cross(z, x), z], axis=1)
+        self._poses, self._attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
+        self._centres = (core.position - self._origin) @ self._turn
+        self._bodies = system._core_bodies()
+        self._check_rest(core)
+
+    def _check_rest(self, core: Any) -> None:
+        """Warn of a pair that is not at rest in the frame."""
+        force = self._units.strip(self.system.interactions(self._state).force, "force", "force")
+        needed = -self._masses[:, None] * self._rate**2 * (self._centres * [1.0, 1.0, 0.0]) @ self._turn.T
+        off = float(np.abs(force - needed).max() / np.abs(needed).max())
+        way = core.velocity[1] - core.velocity[0]
+        radial = float(abs(way @ self._turn[:, 0]) / np.linalg.norm(way))
+        doubts = []
+        if max(off, radial) > _STEADY:
+            doubts.append(
+                f"the bodies are not on a circular orbit (their pull is off by {off:.2g} of what keeps them at rest in "
+                f"the rotating frame, and they approach or recede at {radial:.2g} of their speed)"
+            )
+        for body, turn, spin, name in zip(
+            self._bodies, core.rotation_matrix, core.spin, self.system.names, strict=True
+        ):
+            inertia = turn @ np.diag(body.inertia) @ turn.T
+            cross = np.cross(np.eye(3), turn @ spin - self._rate * self._turn[:, 2])
+            change = float(np.abs(inertia @ cross - cross @ inertia).max())
+            if change > _STEADY * self._rate * float(np.abs(inertia).max()):
+                doubts.append(f"{name} turns in the rotating frame, and its figure with it")
+        if doubts:
+            caution(f"{'; '.join(doubts)}: the rotating frame and the field in it are those of the moment")
+
+    @property
+    def rate(self) -> Scalar:
+        """Angular velocity of the frame."""
+        rate: Scalar = self._units.attach(self._rate, "spin")
+        return rate
+
+    @property
+    def separation(self) -> Scalar:
+        """Distance of the centres."""
+        distance: Scalar = self._units.attach(self._distance, "length")
+        return distance
+
+    @property
+    def position(self) -> Array:
+        """The bodies' centres (2, 3) in the frame."""
+        centres: Array = self._units.attach(self._centres, "length")
+        return centres
+
+    def to_inertial(self, points: Any, velocity: Any = None) -> tuple[Array, Array]:
+        """Inertial positions and velocities of points of the frame, at rest in it unless they have velocities there.
+
+        Parameters
+        ----------
+        points, velocity : array_like or Quantity, (..., 3)
+
+        Returns
+        -------
+        position, velocity : ndarray or Quantity, (..., 3)
+        """
+        x = points_in(points, self._units)
+        v = np.zeros(3) if velocity is None else self._units.strip(velocity, "velocity", "velocity")
+        moving = v + self._rate * np.cross([0.0, 0.0, 1.0], x)
+        place, speed = self._origin + x @ self._turn.T, self._drift + moving @ self._turn.T
+        return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
+
+    def jacobi(self, points: Any, velocity: Any = None) -> Array:
+        """Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
+
+        Parameters
+        ----------
+        points : array_like or Quantity, (..., 3)
+        velocity : array_like or Quantity, (..., 3), optional
+            In the frame; zero unless given.
+
+        Returns
+        -------
+        ndarray or Quantity, (...)
+        """
+        found = self._jacobi(points_in(points, self._units))
+        if velocity is not None:
+            found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
+        constant: Array = self._units.attach(found, "potential")
+        return constant
+
+    def _jacobi(self, x: _Numbers) -> _Numbers:
+        value: _Numbers = 2.0 * self._gravity(x).potential + self._rate**2 * (x[..., 0] ** 2 + x[..., 1] ** 2)
+        return value
+
+    def _gravity(self, x: _Numbers) -> Gravity:
+        """In numbers, at points of the frame and along inertial axes."""
+        return gravity_at(self.system._attracting, *self._poses, self._origin + x @ self._turn.T, Units())
+
+    def _slope(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
+        """The acceleration at rest in the frame, half the gradient of C, and its derivatives, along its axes."""
+        gravity = self._gravity(x)
+        outward = self._rate**2 * np.array([1.0, 1.0, 0.0])
+        return gravity.field @ self._turn + outward * x, self._turn.T @ gravity.gradient @ self._turn + np.diag(outward)
+
+    def _is_inside(self, x: _Numbers) -> bool:
+        """Whether a point is within a body: there gravity has a source."""
+        return bool(np.trace(self._gravity(x).gradient) < -0.01 * self._rate**2)

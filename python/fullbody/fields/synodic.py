@@ -1,0 +1,150 @@
+"""What the rotating frame of a pair tells: equilibrium points, zero-velocity curves, Roche lobes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.arguments import integer, named_options, place
+from ..base.tables import number
+from ..base.units import need
+from ..errors import InvalidInput
+from ..typing import Array
+from .equilibria import Equilibrium, equilibria
+from .frame import Frame
+from .lobes import RocheLobe, roche_lobe
+
+__all__ = ["Synodic"]
+
+
+@named_options
+class Synodic(Frame):
+    """The frame that turns with a pair of bodies, and the field in it.
+
+    Its origin is the barycentre, x points from the heavier body to the lighter one, z along the orbital angular
+    momentum. The bodies stand in it as they do in the state: the field is the true one of a pair on a circular orbit
+    whose figures do not turn in the frame. There Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 is kept.
+
+    Parameters
+    ----------
+    system : System
+        Of two bodies.
+    state : State
+
+    Attributes
+    ----------
+    rate : float or Quantity
+        Omega, the orbit's angular velocity in the state.
+    separation : float or Quantity
+        Of the centres.
+    position : ndarray or Quantity, (2, 3)
+        The bodies' centres in the frame, in the system's order.
+
+    Raises
+    ------
+    InvalidInput
+        For another number of bodies, and for bodies that do not go round each other.
+
+    Warns
+    -----
+    InconsistentInput
+        Where the pair is not at rest in the frame: on another orbit than a circle, or with a figure that turns in it.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> balls = [fullbody.Body(fullbody.Sphere(0.1), mass=m, name=n) for n, m in (("A", 0.99), ("B", 0.01))]
+    >>> system = fullbody.System(balls, G=1.0)
+    >>> state = fullbody.State(position=[[-0.01, 0, 0], [0.99, 0, 0]], velocity=[[0, -0.01, 0], [0, 0.99, 0]])
+    >>> pair = fullbody.fields.Synodic(system, state)
+    >>> [(point.name, point.stable) for point in pair.equilibria()]
+    [('L1', False), ('L2', False), ('L3', False), ('L4', True), ('L5', True)]
+    """
+
+    def equilibria(self) -> list[Equilibrium]:
+        """The points where a particle can rest, outside of the bodies, and how the motion about them goes.
+
+        Newton's method from the points of two masses and from a grid about the bodies, by scipy.
+
+        Returns
+        -------
+        list of Equilibrium
+        """
+        return equilibria(self)
+
+    def plane(self, extent: Any = None, count: int = 401) -> tuple[Array, Array, Array]:
+        """Jacobi's constant of particles at rest, on a grid of the plane z = 0.
+
+        Parameters
+        ----------
+        extent : float or Quantity, optional
+            Half the side of the square about the barycentre; 1.618 separations unless given.
+        count : int
+            Points along a side.
+
+        Returns
+        -------
+        x, y : ndarray or Quantity, (count,)
+        jacobi : ndarray or Quantity, (count, count)
+            Rows along y.
+        """
+        half = (
+            0.5 * (1.0 + np.sqrt(5.0)) * self._distance
+            if extent is None
+            else self._units.number(extent, "length", "extent")
+        )
+        ticks = np.linspace(-half, half, count)
+        x, y = np.meshgrid(ticks, ticks)
+        found = self._jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
+        return (
+            self._units.attach(ticks, "length"),
+            self._units.attach(ticks.copy(), "length"),
+            self._units.attach(found, "potential"),
+        )
+
+    def zero_velocity(self, level: Any, extent: Any = None, count: int = 801) -> list[Array]:
+        """The curves of a Jacobi constant in the plane z = 0, which particles with it do not cross.
+
+        Parameters
+        ----------
+        level : float or Quantity
+            Jacobi's constant.
+        extent, count
+            As for :meth:`plane`.
+
+        Returns
+        -------
+        list of ndarray or Quantity, (n, 2)
+            Those within the bodies too.
+        """
+        with need("plot", "a zero-velocity curve"):
+            from contourpy import contour_generator
+
+        x, y, found = self.plane(extent, count)
+        plain = [np.asarray(getattr(value, "value", value)) for value in (x, y, found)]
+        curves = contour_generator(*plain).lines(self._units.number(level, "potential", "level"))
+        return [self._units.attach(np.asarray(curve), "length") for curve in curves]
+
+    def roche_lobe(self, body: int | str, *, rows: int = 90) -> RocheLobe:
+        """The surface of a body's Roche lobe: of the Jacobi constant of the point between the bodies.
+
+        Parameters
+        ----------
+        body : int or str
+            Its place or name.
+        rows : int
+            Rows of its mesh from end to end.
+
+        Returns
+        -------
+        RocheLobe
+        """
+        count = integer(rows)
+        if count is None or count < 4:
+            raise InvalidInput(f"rows is {rows!r}; expected a whole number, 4 or more")
+        return roche_lobe(self, place(body, self.system.names, "body"), count)
+
+    def __repr__(self) -> str:
+        names = " and ".join(self.system.names)
+        return f"Synodic({names}, {number(self.separation)} apart, rate {number(self.rate)})"

@@ -1,0 +1,100 @@
+"""The gravity of bodies at points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.units import Units
+from ..base.values import brief, same
+from ..errors import InvalidInput
+from ..typing import Array
+
+__all__ = ["Gravity"]
+
+_Numbers = npt.NDArray[np.float64]
+
+
+class Gravity:
+    """Potential, field and gravity gradient at points of any shape (...).
+
+    The gradient is computed when it is first asked for: its nine numbers a point take more room and time than the rest.
+
+    Attributes
+    ----------
+    potential : ndarray or Quantity, (...)
+        Phi, positive: a unit mass at rest there has the potential energy -Phi.
+    field : ndarray or Quantity, (..., 3)
+        g = grad Phi, the acceleration of a particle.
+    gradient : ndarray or Quantity, (..., 3, 3)
+        dg/dx, symmetric. Its trace is zero outside and -4 pi G rho inside matter.
+    """
+
+    __slots__ = ("_gradient", "field", "potential")
+
+    def __init__(self, potential: Array, field: Array, gradient: Array | Callable[[], Array]) -> None:
+        self.potential = potential
+        self.field = field
+        self._gradient = gradient
+
+    @property
+    def gradient(self) -> Array:
+        """The gravity gradient (..., 3, 3)."""
+        if callable(self._gradient):
+            self._gradient = self._gradient()
+        return self._gradient
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Gravity):
+            return NotImplemented
+        return same((self.potential, self.field, self.gradient), (other.potential, other.field, other.gradient))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> Any:
+        return Gravity, (self.potential, self.field, self.gradient)
+
+    def __repr__(self) -> str:
+        return f"Gravity(potential={brief(self.potential)}, field={brief(self.field)})"
+
+
+def points_in(points: Any, units: Units) -> _Numbers:
+    """Points (..., 3) as numbers of a system's units."""
+    array = units.strip(points, "length", "points")
+    if array.shape[-1:] != (3,):
+        raise InvalidInput(f"points has shape {array.shape}; expected (..., 3)")
+    return array
+
+
+def gravity_at(
+    attraction: _core.Attraction,
+    positions: _Numbers,
+    attitudes: _Numbers,
+    points: _Numbers,
+    units: Units,
+    body: int | None = None,
+    states: npt.NDArray[np.int64] | None = None,
+) -> Gravity:
+    """The gravity at points (..., 3) that belong to states (...) by their places, or all to the first. Positions and
+    attitudes are (K, N, 3) and (K, N, 4).
+    """
+    shape = points.shape[:-1]
+    flat = np.ascontiguousarray(points.reshape(-1, 3))
+    of = np.zeros(len(flat), dtype=np.int64) if states is None else np.ascontiguousarray(states.reshape(-1))
+
+    def ask(gradient: bool) -> list[_Numbers]:
+        found = attraction.gravity(
+            positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, gradient
+        )
+        return [array.reshape(shape + array.shape[1:]) for array in found]
+
+    potential, field = ask(False)
+    return Gravity(
+        units.attach(potential, "potential"),
+        units.attach(field, "acceleration"),
+        lambda: units.attach(ask(True)[0], "gravity gradient"),
+    )

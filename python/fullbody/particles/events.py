@@ -1,0 +1,138 @@
+"""What is watched for in a flight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.arguments import integer, named_options, place
+from ..base.values import ScalarFields
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..model.system import BaseSystem
+
+__all__ = ["Function", "ParticleEvent", "Periapsis", "Shadow"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ParticleEvent(ScalarFields):
+    """Base of the events of particles: functions whose zeros are found at eight places of each step and between them.
+
+    Parameters
+    ----------
+    direction : {-1, 0, 1}
+        1: where the function rises along the flight; -1: where it falls; 0: both.
+    """
+
+    direction: int = 0
+
+    def __post_init__(self) -> None:
+        if integer(self.direction) not in (-1, 0, 1):
+            raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
+
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        """The event for files."""
+        return {"kind": type(self).__name__, "direction": integer(self.direction)}
+
+    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+        """What the core takes."""
+        raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Shadow(ParticleEvent):
+    """A particle enters the bodies' shadow (the visible part of the source's disc falls) or leaves it.
+
+    Parameters
+    ----------
+    visible : float
+        The visible part of the disc at which the particle counts as in the shadow, above 0 and below 1: nearly 1 for
+        the edge of the penumbra, nearly 0 for that of the umbra.
+    direction : {-1, 0, 1}
+        -1: entry alone; 1: exit alone.
+    """
+
+    visible: float = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.visible, bool) or not isinstance(self.visible, int | float) or not 0.0 < self.visible < 1.0:
+            raise InvalidInput(f"visible is {self.visible!r}; expected a number above 0 and below 1")
+
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        return {**super()._describe(system), "visible": self.visible}
+
+    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+        return ("shadow", float(self.visible), integer(self.direction))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Periapsis(ParticleEvent):
+    """A particle is nearest to the centre of a body.
+
+    Parameters
+    ----------
+    body : int or str
+        Its place in the system, or its name.
+    """
+
+    body: int | str = 0
+    direction: int = field(default=1, kw_only=True)
+
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        return {**super()._describe(system), "body": place(self.body, system.names, "body of Periapsis")}
+
+    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+        return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Function(ParticleEvent):
+    """Zeros of a function of a particle. It is called eight times a step and particle, which is slow.
+
+    Parameters
+    ----------
+    f : callable
+        ``f(time, position, velocity)`` gives a float; the arguments are numbers in the system's units, position and
+        velocity lists of three. It may be called by several threads at once.
+    direction : {-1, 0, 1}
+    """
+
+    f: Callable[[float, list[float], list[float]], float] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not callable(self.f):
+            raise InvalidInput(f"f is {self.f!r}; expected a function of time, position and velocity")
+
+    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+        return {**super()._describe(system), "name": getattr(self.f, "__name__", "function")}
+
+    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+        call: Any = self.f
+        return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
+
+
+def rebuilt(described: dict[str, Any]) -> ParticleEvent:
+    """The event of a description; a function, which files cannot keep, raises when it is called."""
+    options = dict(described)
+    kind = options.pop("kind")
+    if kind == "Function":
+        name = options.pop("name")
+
+        def missing(*_: Any) -> float:
+            raise InvalidInput(f"the function {name} is not in the file")
+
+        missing.__name__ = str(name)
+        return Function(missing, **options)
+    if kind not in ("Shadow", "Periapsis"):
+        raise InvalidInput(f"event is {kind!r}; expected one of Function, Periapsis, Shadow")
+    event: ParticleEvent = {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)
+    return event

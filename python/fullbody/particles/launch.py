@@ -1,0 +1,87 @@
+"""Directions from the surface of a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.arguments import integer
+from ..errors import InvalidInput
+from ..model.state import State
+
+if TYPE_CHECKING:
+    from ..model.system import BaseSystem
+
+__all__ = ["Ground", "cone", "thrown"]
+
+_Array = npt.NDArray[np.float64]
+
+
+class Ground:
+    """A body's surface and its motion."""
+
+    def __init__(self, system: BaseSystem, state: State, body: int | str) -> None:
+        self.system, self.index = system, system._place(body, "body")
+        core = system._strip(state)
+        if len(core.position) != len(system):
+            raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system)}, as the system has")
+        self.position, self.velocity = core.position[self.index], core.velocity[self.index]
+        self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
+
+    def surface(self, directions: _Array) -> tuple[_Array, _Array]:
+        """Places (P, 3) of the surface in directions from the centre, and the outward normals, body frame."""
+        return _core.surface(self.system._core, self.index, np.ascontiguousarray(directions))
+
+    def moved(self, place: _Array, velocity: _Array) -> tuple[Any, Any]:
+        """Inertial positions and velocities of places that move relative to the body, with the system's units."""
+        units = self.system._units
+        turning = velocity + np.cross(self.spin, place)
+        position = self.position + place @ self.rotation.T
+        return (
+            units.attach(position, "length"),
+            units.attach(self.velocity + turning @ self.rotation.T, "velocity"),
+        )
+
+
+def thrown(ground: Ground, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any) -> tuple[Any, Any]:
+    """Positions and velocities of what leaves the ground."""
+    given = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
+    for name, values in given.items():
+        if not np.isfinite(values).all():
+            raise InvalidInput(f"{name} is {values!r}; expected finite numbers")
+    if (np.abs(latitude) > np.pi / 2 * (1.0 + 1e-12)).any():
+        raise InvalidInput(f"latitude is {latitude!r}; expected angles from -pi/2 to pi/2")
+    if np.less(speed, 0.0).any():
+        raise InvalidInput(f"speed is {speed!r}; expected zero or more")
+    try:
+        both = np.broadcast_arrays(*given.values())
+    except ValueError as error:
+        shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in given.items())
+        raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
+    lon, lat, rate, az, el = (np.ravel(values).astype(np.float64) for values in both)
+    directions = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1)
+    place, normal = ground.surface(directions)
+    east = np.cross([0.0, 0.0, 1.0], normal)
+    length = np.linalg.norm(east, axis=1, keepdims=True)
+    # At a pole east is where the longitude says.
+    turned = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1)
+    east = np.where(length > 1e-12, east / np.maximum(length, 1e-300), turned)
+    north = np.cross(normal, east)
+    level = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
+    velocity = rate[:, None] * (np.cos(el)[:, None] * level + np.sin(el)[:, None] * normal)
+    return ground.moved(place, velocity)
+
+
+def cone(number: int, opening: float, filled: bool, seed: Any) -> tuple[_Array, _Array]:
+    """Azimuths and elevations of random directions in a cone about the normal."""
+    if integer(seed) is None:
+        raise InvalidInput(f"seed is {seed!r}; expected a whole number")
+    random = np.random.default_rng(seed)
+    azimuth = random.uniform(0.0, 2.0 * np.pi, number)
+    half = 0.5 * opening
+    if not filled:
+        return azimuth, np.full(number, np.pi / 2 - half)
+    return azimuth, np.arcsin(random.uniform(np.cos(half), 1.0, number))

@@ -1,0 +1,154 @@
+"""What happens to particles beside gravity: contact, escape, radiation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.arguments import named_options, positive
+from ..base.values import ScalarFields
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..model.state import State
+    from ..model.system import BaseSystem
+
+__all__ = ["FATES", "Bounce", "Escape", "Radiation"]
+
+#: What may become of a particle, in the order of the core's numbers.
+FATES = ("flying", "impact", "escape", "rest", "lost")
+
+
+def _coefficient(value: Any, what: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 1.0:
+        raise InvalidInput(f"{what} is {value!r}; expected a number from 0 to 1")
+    return float(value)
+
+
+@named_options
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bounce(ScalarFields):
+    """Particles bounce off surfaces.
+
+    The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by
+    ``tangential``. A particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest,
+    unless it is pushed outwards: sliding is not modelled. At rest it moves with the surface, and it lifts off when the
+    acceleration relative to the surface points outwards.
+
+    Parameters
+    ----------
+    normal, tangential : float
+        Coefficients of restitution, from 0 to 1.
+    rest : float or Quantity
+        A speed above zero.
+    """
+
+    normal: float
+    tangential: float = 1.0
+    rest: Any
+
+    def __post_init__(self) -> None:
+        for name in ("normal", "tangential"):
+            object.__setattr__(self, name, _coefficient(getattr(self, name), f"{name} of Bounce"))
+        object.__setattr__(self, "rest", positive(self.rest, "m/s", "rest of Bounce"))
+
+    def _numbers(self, system: BaseSystem) -> tuple[float, float, float]:
+        rest = system._units.number(self.rest, "velocity", "rest of Bounce")
+        return (self.normal, self.tangential, rest)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Escape(ScalarFields):
+    """When a particle has left: its flight ends there.
+
+    Parameters
+    ----------
+    distance : float or Quantity
+        From the system's nominal barycentre, where it would be without forces from outside.
+    unbound : bool
+        Whether its energy about a point with the system's mass has to be positive as well.
+    """
+
+    distance: Any
+    unbound: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "distance", positive(self.distance, "km", "distance of Escape"))
+
+    def _numbers(self, system: BaseSystem) -> tuple[float, bool]:
+        return (system._units.number(self.distance, "length", "distance of Escape"), bool(self.unbound))
+
+
+#: The Sun's nominal luminosity over 4 pi c, in N, and its nominal radius in km: IAU 2015 Resolution B3.
+_SUN = (3.828e26 / (4.0 * math.pi * 299792458.0), 695700.0)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Radiation(ScalarFields):
+    """The radiation of a third body, which pushes particles away from it where the bodies do not hide it.
+
+    The acceleration is ``strength * area_to_mass * visible / d**2``, with d the distance from the third body, and the
+    visible part of its disc. Ellipsoids hide it exactly, composites part by part, and a polyhedron as the ellipsoid
+    with its moments of inertia.
+
+    Parameters
+    ----------
+    by : str
+        Name of the :class:`fullbody.forces.ThirdBody`.
+    strength : float or Quantity, optional
+        Luminosity over 4 pi c, a force. That of the Sun unless given, which needs a system with units.
+    radius : float or Quantity, optional
+        Of the third body. That of the Sun unless given.
+    """
+
+    by: str = "Sun"
+    strength: Any = None
+    radius: Any = None
+
+    def _numbers(self, system: BaseSystem) -> tuple[str, float, float]:
+        system._third_body(self.by, "by of Radiation")
+        units, found = system._units, []
+        for name, dimension, unit, sun in zip(
+            ("strength", "radius"), ("force", "length"), ("N", "km"), _SUN, strict=True
+        ):
+            value = getattr(self, name)
+            if value is None:
+                if not units.known:
+                    raise InvalidInput(
+                        f"{name} of Radiation is not given; expected a number, since the system has no units"
+                    )
+                from astropy import units as u
+
+                value = sun * u.Unit(unit)
+            found.append(units.number(value, dimension, f"{name} of Radiation"))
+        return (self.by, found[0], found[1])
+
+    def visible(self, system: BaseSystem, state: State, points: Any) -> npt.NDArray[np.float64]:
+        """The visible part of the third body's disc.
+
+        Parameters
+        ----------
+        system : System
+        state : State
+            Its barycentre is the nominal one.
+        points : array_like or Quantity, (..., 3)
+            Inertial, in the coordinates of the state.
+
+        Returns
+        -------
+        ndarray, (...)
+            From 0, in the umbra, to 1, in full light.
+        """
+        units = system._units
+        places = units.strip(points, "length", "points")
+        if places.shape[-1:] != (3,):
+            raise InvalidInput(f"points has shape {places.shape}; expected (..., 3)")
+        rows = np.ascontiguousarray(places.reshape(-1, 3))
+        return _core.visible(system._core, system._strip(state), self._numbers(system), rows).reshape(places.shape[:-1])

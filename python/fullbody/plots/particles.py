@@ -1,0 +1,68 @@
+"""Where particles strike, as a map."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.arguments import named_options
+from ..errors import InvalidInput
+from ._style import LINES, grid, plain, single
+
+if TYPE_CHECKING:
+    from ..particles.flight import Flight
+
+__all__ = ["impacts"]
+
+#: What may colour an impact, and its label.
+_COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
+
+
+@named_options
+def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | None = "time", **kwargs: Any) -> Any:
+    """Where particles have struck a body or lie on it, as a map of longitudes and latitudes, in degrees.
+
+    Parameters
+    ----------
+    flight : Flight
+    body : int or str
+    ax : matplotlib Axes, optional
+    colour : {"time", "speed", "incidence"} or None
+        What the colour of a dot tells: when it struck, how fast, or at which angle to the normal.
+    **kwargs
+        To ``scatter``: ``s``, ``cmap``, ``norm`` and others.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        For a body that the system does not have, or another colour.
+    """
+    place = flight.system._place(body, "body")
+    if colour is not None and colour not in _COLOURS:
+        raise InvalidInput(f"colour is {colour!r}; expected one of {', '.join(map(repr, _COLOURS))}, or None")
+    struck = (flight.fate_body == place) & np.isin(flight.fate, ("impact", "rest"))
+    ax = single(ax, (8.0, 4.4))
+    style: dict[str, Any] = {"s": 4.0, "linewidths": 0.0, "rasterized": True}
+    if colour is None:
+        style["color"] = LINES[0]["color"]
+    else:
+        values = getattr(flight, "fate_time" if colour == "time" else colour)
+        unit = f" [{values.unit.to_string('unicode')}]" if hasattr(values, "unit") else " [system units]"
+        numbers = np.asarray(getattr(values, "value", values))
+        if colour == "incidence":
+            unit, numbers = " [deg]", np.degrees(numbers)
+        style["c"] = numbers[struck]
+    longitude, latitude = (np.degrees(flight._record[name][struck]) for name in ("longitude", "latitude"))
+    drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
+    if colour is not None:
+        ax.figure.colorbar(drawn, ax=ax, label=_COLOURS[colour] + unit, shrink=0.85)
+    ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
+    ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
+    ax.set_title(f"{plain(flight.system.names[place])}, {int(struck.sum())} of {len(flight)} particles")
+    grid(ax)
+    return ax

@@ -1,0 +1,111 @@
+"""The step of a symplectic splitting, found by trying."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.arguments import positive
+from ..errors import InvalidInput, NotConverged, StepSizeTooSmall
+
+if TYPE_CHECKING:
+    from ..model.state import State
+    from ..model.system import BaseSystem
+
+__all__ = ["longest_step"]
+
+#: A trial lasts so many of the shortest period among orbits.
+_PERIODS = 64
+#: Steps that are tried have this ratio, from an eighth of that period down to a 4096th.
+_RATIO = 2.0**-0.25
+_LONGEST, _SHORTEST = 1 / 8, 1 / 4096
+#: A step must also do where it is longer or shorter by this share: a resonance moves with the spin.
+_BESIDE = 0.02
+#: An error that is so much larger in a trial's second half than in its first one grows.
+_GROWTH = 3.0
+#: How near to a resonance no step is tried, relative to its angle, and up to which order.
+_CLEAR, _ORDERS = 0.03, 3
+
+
+def longest_step(
+    integrator: Callable[[float], Any], system: BaseSystem, state: State, energy_error: float, trial: Any
+) -> float:
+    """The longest step, a number in the system's units, that keeps the energy's error below a bound in short runs."""
+    if not (isinstance(energy_error, int | float) and 0.0 < energy_error < 1.0):
+        raise InvalidInput(f"energy_error is {energy_error!r}; expected a number above zero and below one")
+    if len(system) < 2:
+        raise InvalidInput("the system has one body, whose motion the splitting solves at any step; expected more")
+    start = system._strip(state)
+    rates = _orbital_rates(start.position, start.velocity, system._core.masses, system._G)
+    period = 2 * math.pi / rates.max()
+    length = _PERIODS * period if trial is None else system._units.strip(positive(trial, "s", "trial"), "time", "trial")
+    until = system._units.attach(start.time + length, "time")
+    turning = _turning(system, start.spin, rates)
+
+    def error(step: float) -> float:
+        """Of the energy, relative to the orbits'; infinite where it grows."""
+        run = system.integrate(state, until, integrator=integrator(step))  # type: ignore[attr-defined]
+        drift = np.abs(run.energy_drift_orbital)
+        half = len(drift) // 2
+        first, second = drift[:half].max(initial=0.0), drift[half:].max()
+        return math.inf if second > _GROWTH * first and second > 0.1 * energy_error else float(max(first, second))
+
+    step, best, reason = _LONGEST * period, (math.inf, math.nan), ""
+    while step >= _SHORTEST * period:
+        if _resonant(turning, step):
+            step *= _RATIO
+            continue
+        try:
+            found = error(step)
+        except (NotConverged, StepSizeTooSmall) as failed:
+            found, reason = math.inf, f"; {failed}"
+        best = min(best, (found, step))
+        if found <= energy_error and all(
+            error(step * share) <= 2 * energy_error for share in (1 - _BESIDE, 1 + _BESIDE)
+        ):
+            return _rounded(step)
+        # The error falls with the sixth power of the step or a higher one, but only until rounding is left.
+        ahead = math.log(found / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < found < math.inf else 1.0
+        step *= _RATIO ** max(1, math.floor(ahead))
+    raise NotConverged(
+        f"no step keeps the error of the energy below {energy_error:g} for {length:g}: the least is {best[0]:.1e} at "
+        f"a step of {best[1]:.3g}{reason}; take a larger energy_error, or Verner98"
+    )
+
+
+def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -> Any:
+    """Mean motions of the bodies about the barycentre of those before them; of an open orbit that of a circular one."""
+    rates = []
+    for body in range(1, len(masses)):
+        shares = masses[:body] / masses[:body].sum()
+        r, v = (vectors[body] - shares @ vectors[:body] for vectors in (position, velocity))
+        mu, distance = constant * masses[: body + 1].sum(), np.linalg.norm(r)
+        inverse = 2 / distance - v @ v / mu
+        rates.append(math.sqrt(mu * (inverse if inverse > 0 else 1 / distance) ** 3))
+    return np.array(rates)
+
+
+def _turning(system: BaseSystem, spin: Any, rates: Any) -> Any:
+    """Rates at which triaxial bodies turn past others, by either sense of the orbit."""
+    moments = [body.inertia for body in system.bodies]
+    triaxial = [len({float(getattr(moment, "value", moment)) for moment in body}) == 3 for body in moments]
+    own = np.linalg.norm(spin, axis=1)[triaxial]
+    return np.abs(np.concatenate([np.subtract.outer(own, rates).ravel(), np.add.outer(own, rates).ravel()]))
+
+
+def _resonant(turning: Any, step: float) -> bool:
+    """Whether a body turns past another by about a half turn in one, two or three steps, or by a multiple of that.
+
+    Its torque has come round by then, so that the errors of the steps add up.
+    """
+    turns = np.outer(np.arange(1, _ORDERS + 1), turning * step / math.pi)
+    return bool((np.abs(turns - np.round(turns)) < _CLEAR * np.round(turns)).any())
+
+
+def _rounded(step: float) -> float:
+    """Down to three digits."""
+    unit = 10.0 ** (math.floor(math.log10(step)) - 2)
+    return float(f"{math.floor(step / unit) * unit:.3g}")

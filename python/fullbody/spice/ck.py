@@ -1,0 +1,136 @@
+"""How the bodies are turned: a CK kernel, with the clock that it counts by and the frames that it turns.
+
+The CK is of type 5, Hermite interpolation of quaternions and their rates. Type 3 turns evenly from one time to the
+next; for 1e-12 rad it would need several times a second of a tumbling body.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.atomic import as_path, check_suffix, replacing
+from ..base.version import version
+from ..errors import InvalidInput
+from ..record.base import BaseRun
+from .kernel import binary
+from .nodes import nodes, turns
+from .place import Place, body_numbers, spiceypy
+
+__all__ = ["write"]
+
+#: rad between the nodes.
+_TOLERANCE = 1e-12
+#: A power of two, so that seconds past J2000 become ticks without rounding.
+_TICKS = 1024
+_SECONDS = 2**32
+#: Of a name of a frame, with room for what kernels write before it.
+_LONGEST = 26
+
+
+def write(run: BaseRun, path: Any, ids: Any) -> tuple[Path, Path, Path]:
+    """See :meth:`fullbody.Run.to_ck`."""
+    check_suffix(path, (".bc",))
+    place = Place(run.system, "a CK kernel")
+    bodies = body_numbers(ids, run.system.names)
+    frames = _frame_names(bodies, run.system.names)
+    # A quaternion changes by half the angle.
+    found = nodes(run, place, turns(place), 0.5 * _TOLERANCE, lambda change: f"{2.0 * change:.1e} rad")
+    spice = spiceypy()
+    clock = -abs(next(iter(bodies.values())))
+    # A whole number, which kernels of text hold exactly.
+    zero = math.floor(found.et[0])
+    ticks = (found.et - zero) * _TICKS
+    if ticks[-1] >= _SECONDS * _TICKS:
+        raise InvalidInput(f"the run covers {found.et[-1] - zero:.1e} s; SPICE's clock counts to {_SECONDS:.1e} s")
+    file = as_path(path)
+    text = file.with_suffix(".tsc"), file.with_suffix(".tf")
+    with replacing(text[0]) as first, replacing(text[1]) as second, binary(file, "ckopn", run) as handle:
+        first.write_text(_clock_kernel(clock, zero), encoding="ascii")
+        second.write_text(_frame_kernel(bodies, frames, clock), encoding="ascii")
+        for k, body in bodies.items():
+            packets = np.hstack([found.values[:, k], found.rates[:, k]])
+            spice.ckw05(
+                handle,
+                0,
+                found.degree,
+                ticks[0],
+                ticks[-1],
+                _frame(body),
+                "J2000",
+                True,
+                frames[k],
+                ticks,
+                packets,
+                1.0 / _TICKS,
+                1,
+                ticks[:1],
+            )
+    return file, *text
+
+
+def _frame(body: int) -> int:
+    """The number of the frame that is fixed to a body; a number below zero, a spacecraft's, has a thousand."""
+    return -body if body > 0 else 1000 * body
+
+
+def _frame_names(bodies: dict[int, int], names: tuple[str, ...]) -> dict[int, str]:
+    found = {k: re.sub(r"[^A-Z0-9]+", "_", names[k].upper()).strip("_") + "_FIXED" for k in bodies}
+    for k, name in found.items():
+        if name == "_FIXED" or len(name) > _LONGEST or list(found.values()).count(name) > 1:
+            raise InvalidInput(
+                f"the name of {names[k]} gives {name!r} for its frame in SPICE; expected one of its own, of at most "
+                f"{_LONGEST} characters: give the body another name"
+            )
+        if not abs(_frame(bodies[k])) < 2**31:
+            raise InvalidInput(f"the id of {names[k]} is {bodies[k]}; expected one above {-(2**31) // 1000}")
+    return found
+
+
+def _clock_kernel(clock: int, zero: int) -> str:
+    """A clock that counts ticks of TDB from a moment on."""
+    return f"""KPL/SCLK
+
+The clock of a CK kernel by fullbody {version()}: seconds of TDB and their {_TICKS}th parts from the run's first on.
+
+\\begindata
+
+SCLK_KERNEL_ID               = ( @2000-01-01 )
+SCLK_DATA_TYPE_{-clock}      = ( 1 )
+SCLK01_TIME_SYSTEM_{-clock}  = ( 1 )
+SCLK01_N_FIELDS_{-clock}     = ( 2 )
+SCLK01_MODULI_{-clock}       = ( {_SECONDS} {_TICKS} )
+SCLK01_OFFSETS_{-clock}      = ( 0 0 )
+SCLK01_OUTPUT_DELIM_{-clock} = ( 1 )
+SCLK_PARTITION_START_{-clock} = ( 0 )
+SCLK_PARTITION_END_{-clock}  = ( {_SECONDS * _TICKS} )
+SCLK01_COEFFICIENTS_{-clock} = ( 0 {zero} 1 )
+
+\\begintext
+"""
+
+
+def _frame_kernel(bodies: dict[int, int], frames: dict[int, str], clock: int) -> str:
+    """The frames that are fixed to the bodies, along their principal axes."""
+    parts = [f"KPL/FK\n\nFrames along the principal axes of bodies, by fullbody {version()}.\n\n\\begindata\n"]
+    for k, body in bodies.items():
+        name, code = frames[k], _frame(body)
+        parts.append(
+            f"""
+FRAME_{name} = {code}
+FRAME_{code}_NAME = '{name}'
+FRAME_{code}_CLASS = 3
+FRAME_{code}_CLASS_ID = {code}
+FRAME_{code}_CENTER = {body}
+CK_{code}_SCLK = {clock}
+CK_{code}_SPK = {body}
+OBJECT_{body}_FRAME = '{name}'
+NAIF_BODY_NAME += ( '{name.removesuffix("_FIXED")}' )
+NAIF_BODY_CODE += ( {body} )
+"""
+        )
+    return "".join(parts) + "\n\\begintext\n"

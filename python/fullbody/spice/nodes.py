@@ -1,0 +1,161 @@
+"""A run as the nodes of Hermite interpolation, which is how kernels keep it, and the error between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import rotations
+from ..errors import InvalidInput, PrecisionWarning, caution
+from ..record.base import BaseRun
+from .place import Place
+
+__all__ = ["Nodes", "centres", "nodes", "turns"]
+
+_Array = npt.NDArray[np.float64]
+#: From samples of a run in its own units: values (K, N, C) in SPICE's, and their rates per second.
+Curve = Callable[[dict[str, _Array]], tuple[_Array, _Array]]
+
+#: Nodes that a polynomial goes through with value and rate: its degree is 11, which readers of all ages take.
+_WINDOW = 6
+#: How often the nodes may be doubled from two steps of the run a node.
+_DOUBLINGS = 8
+_CHUNK = 4096
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Times in seconds past J2000 (K,), values and rates (K, N, C), and the polynomials' degree."""
+
+    et: _Array
+    values: _Array
+    rates: _Array
+    degree: int
+
+
+def centres(place: Place, masses: _Array) -> Curve:
+    """Positions in km about the barycentre, in the axes of J2000."""
+    weights = masses / masses.sum()
+
+    def about(vectors: _Array) -> _Array:
+        relative = vectors - np.einsum("n,knc->kc", weights, vectors)[:, None]
+        return np.asarray(relative @ place.axes.T * place.km)
+
+    return lambda samples: (about(samples["position"]), about(samples["velocity"]) / place.second)
+
+
+def turns(place: Place) -> Curve:
+    """Quaternions that turn vectors from the axes of J2000 into those of the bodies; along a run no sign jumps."""
+    w, x, y, z = rotations.quaternion(place.axes)
+    left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+
+    def curve(samples: dict[str, _Array]) -> tuple[_Array, _Array]:
+        q = samples["attitude"] @ left.T
+        half = samples["spin"] / (2.0 * place.second)
+        scalar, vector = q[..., :1], q[..., 1:]
+        product = scalar * half + np.cross(vector, half)
+        rate = np.concatenate([-np.sum(vector * half, axis=-1, keepdims=True), product], axis=-1)
+        conjugate = np.array([1.0, -1.0, -1.0, -1.0])
+        return q * conjugate, rate * conjugate
+
+    return curve
+
+
+def nodes(run: BaseRun, place: Place, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
+    """Nodes so close that the interpolation is within the tolerance of the continuous solution, where the run has it.
+
+    Else they are the samples, and every second one has to follow from the others.
+
+    Warns
+    -----
+    PrecisionWarning
+        Where the interpolation is not within the tolerance, with what it is within.
+    """
+    if run.dense is None:
+        et, values, rates = _of_samples(run, place, curve)
+        found = Nodes(et, values, rates, _degree(len(et)))
+        # What is beyond the last node does not follow.
+        odd = len(et) - 1 + len(et) % 2
+        error = _error(et[:odd], values[:odd], rates[:odd])
+        reason = (
+            "the run has no continuous solution, and every second of its samples follows from the others only to "
+            f"within {said(error)}; integrate with dense=True, or with output= at a shorter spacing"
+        )
+    else:
+        low, high = sorted(run.dense._core.range)
+        first, last = place.et(low), place.et(high)
+        # Seconds past J2000 are rounded: the nodes stay within the run.
+        while place.time(first) < low:
+            first = np.nextafter(first, np.inf)
+        while place.time(last) > high:
+            last = np.nextafter(last, -np.inf)
+        if not first < last:
+            raise InvalidInput(f"the run covers {last - first:.1g} s; a kernel needs a stretch of time")
+        intervals = max(_WINDOW, run.statistics.steps // 2)
+        for _ in range(_DOUBLINGS):
+            et = np.linspace(first, last, 2 * intervals + 1)
+            times = place.time(et)
+            values, rates = curve(run.dense._core.states(times))
+            error = _error(et, values, rates)
+            # What rounding of the times leaves.
+            floor = 2.0 * np.spacing(np.abs(times).max()) * place.second * np.abs(rates).max()
+            tolerance = max(tolerance, floor)
+            # Elsewhere between the nodes it may be larger.
+            if error <= max(0.1 * tolerance, floor):
+                break
+            intervals *= 2
+        found = Nodes(et[::2].copy(), values[::2], rates[::2], _degree(intervals + 1))
+        reason = f"the kernel is off by {said(error)} between its nodes; the run's solution is too rough for less"
+    if error > tolerance:
+        caution(reason, PrecisionWarning)
+    return found
+
+
+def _degree(count: int) -> int:
+    return 2 * min(_WINDOW, count // 2 * 2) - 1
+
+
+def _of_samples(run: BaseRun, place: Place, curve: Curve) -> tuple[_Array, _Array, _Array]:
+    """Times, values and rates of the samples, forward in time."""
+    record = run._record
+    order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
+    samples = {name: record[name][order] for name in ("time", "position", "velocity", "attitude", "spin")}
+    et = place.et(samples["time"])
+    if len(et) < 3 or np.diff(et).min() <= 0.0:
+        raise InvalidInput(
+            f"the run has {len(et)} samples; a kernel needs three or more, at least 2e-7 s apart, or dense=True"
+        )
+    values, rates = curve(samples)
+    # Seconds past J2000 are rounded to 1e-7 s, in which a fast spin turns by more than the tolerance.
+    late = ((et - place.epoch) - samples["time"] * place.second)[:, None, None]
+    return et, values + rates * late, rates + np.gradient(rates, et, axis=0) * late
+
+
+def _error(et: _Array, values: _Array, rates: _Array) -> float:
+    """The largest distance of every second value from what interpolation between the others gives."""
+    distance = 0.0
+    for start in range(1, len(et), 2 * _CHUNK):
+        odd = slice(start, start + 2 * _CHUNK, 2)
+        off = _hermite(et[::2], values[::2], rates[::2], et[odd]) - values[odd]
+        distance = max(distance, float(np.linalg.norm(off, axis=-1).max()))
+    return distance
+
+
+def _hermite(et: _Array, values: _Array, rates: _Array, at: _Array) -> Any:
+    """The values there of the polynomials through the nodes about each time, as SPICE chooses them."""
+    window = (_degree(len(et)) + 1) // 2 or 1
+    first = np.clip(np.searchsorted(et, at) - window // 2, 0, len(et) - window)
+    use = first[:, None] + np.arange(window)
+    x = at[:, None] - et[use]
+    between = et[use][:, :, None] - et[use][:, None, :] + np.eye(window)
+    ratio = x[:, None, :] / between
+    slope = (1.0 / between).sum(axis=2) - 1.0
+    ratio[:, np.arange(window), np.arange(window)] = 1.0
+    square = ratio.prod(axis=2) ** 2
+    return np.einsum("mw,mwnc->mnc", (1.0 - 2.0 * x * slope) * square, values[use]) + np.einsum(
+        "mw,mwnc->mnc", x * square, rates[use]
+    )

@@ -1,0 +1,95 @@
+"""Where a system is among SPICE's conventions: its time, its length, its axes, and the numbers of its bodies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import integer, suggestion
+from ..base.units import need
+from ..errors import InvalidInput
+from ..frames import rotation
+from ..model.system import BaseSystem
+
+__all__ = ["Place", "body_numbers", "number", "spiceypy"]
+
+_Array = npt.NDArray[np.float64]
+
+
+def spiceypy() -> Any:
+    """The package, or what to install."""
+    with need("spice", "a SPICE kernel"):
+        import spiceypy
+    return spiceypy
+
+
+class Place:
+    """What turns times and vectors of a system into SPICE's.
+
+    Attributes
+    ----------
+    km, second : float
+        The system's units of length and time in km and s.
+    axes : ndarray, (3, 3)
+        The matrix from the system's axes to those of J2000.
+    epoch : float
+        Time zero in seconds of TDB past J2000.
+    """
+
+    def __init__(self, system: BaseSystem, what: str) -> None:
+        spiceypy()
+        missing = {
+            "units": (system.units, "units=('km', 'hour', 'kg')"),
+            "epoch": (system.epoch, "epoch='2022-09-26T00:00:00 TDB'"),
+            "frame": (system.frame, "frame='ecliptic'"),
+        }
+        for name, (value, example) in missing.items():
+            if value is None:
+                raise InvalidInput(f"{what} needs the system's {name}; give fullbody.System(..., {example})")
+        self.km = float(system._units.unit("length").to("km"))
+        self.second = float(system._units.unit("time").to("s"))
+        self.axes = rotation(system.frame, "equatorial")
+        date = system.epoch.tdb
+        # The day's part has digits that the days' number would push out.
+        self.epoch = float((date.jd1 - 2451545.0) * 86400.0 + date.jd2 * 86400.0)
+
+    def et(self, time: Any) -> Any:
+        """Seconds of TDB past J2000 of times of the system, which doubles resolve to 1e-7 s today."""
+        return self.epoch + np.asarray(time) * self.second
+
+    def time(self, et: Any) -> Any:
+        """Times of the system of such seconds."""
+        return (np.asarray(et) - self.epoch) / self.second
+
+
+def number(value: object, what: str) -> int:
+    """A body's number with NAIF, or an error that says what one is."""
+    found = integer(value)
+    if found is None or found == 0 or not abs(found) < 2**31:
+        raise InvalidInput(f"{what} is {value!r}; expected the number that NAIF gives it, such as 120065803")
+    return found
+
+
+def body_numbers(given: Any, names: tuple[str, ...]) -> dict[int, int]:
+    """NAIF's number of each named body by its place in the system."""
+    try:
+        pairs = dict(given).items()
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"ids is {given!r}; expected NAIF's numbers by name, such as {_example(names)}") from error
+    found: dict[int, int] = {}
+    for name, value in pairs:
+        if name not in names:
+            raise InvalidInput(f"ids has {name!r}; {suggestion(str(name), names, 'names of bodies:')}")
+        place, code = names.index(name), number(value, f"the id of {name}")
+        if code in found.values():
+            raise InvalidInput(f"the id of {name} is {code}, that of another body; expected distinct numbers")
+        found[place] = code
+    if not found:
+        raise InvalidInput(f"ids names no body; expected such as {_example(names)}")
+    return found
+
+
+def _example(names: tuple[str, ...]) -> dict[str, int]:
+    return {name: 20000000 + 100000000 * (9 if k == 0 else k) + 65803 for k, name in enumerate(names[:3])}

@@ -1,0 +1,43 @@
+"""Where the bodies are: an SPK kernel of type 13, Hermite interpolation between uneven times."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.atomic import as_path, check_suffix
+from ..errors import InvalidInput
+from ..record.base import BaseRun
+from .kernel import binary
+from .nodes import centres, nodes
+from .place import Place, body_numbers, number, spiceypy
+
+__all__ = ["write"]
+
+#: km between the nodes.
+_TOLERANCE = 1e-9
+
+
+def write(run: BaseRun, path: Any, ids: Any, barycentre: Any) -> Path:
+    """See :meth:`fullbody.Run.to_spk`."""
+    check_suffix(path, (".bsp",))
+    place = Place(run.system, "an SPK kernel")
+    bodies, centre = body_numbers(ids, run.system.names), number(barycentre, "barycentre")
+    if centre in bodies.values():
+        raise InvalidInput(f"barycentre is {centre}, the id of a body; expected the number of the system as a whole")
+    found = nodes(run, place, centres(place, run.system._masses), _TOLERANCE, "{:.1e} km".format)
+    spice = spiceypy()
+    first, last = float(found.et[0]), float(found.et[-1])
+    with binary(path, "spkopn", run) as handle:
+        for k, body in bodies.items():
+            states = np.hstack([found.values[:, k], found.rates[:, k]])
+            name = _segment(run.system.names[k])
+            spice.spkw13(handle, body, centre, "J2000", first, last, name, found.degree, len(states), states, found.et)
+    return as_path(path)
+
+
+def _segment(name: str) -> str:
+    """What a segment is called: forty characters of ASCII."""
+    return name.encode("ascii", "replace").decode()[:40]

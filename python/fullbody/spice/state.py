@@ -1,0 +1,151 @@
+"""States of a system from kernels."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ..base import rotations
+from ..base.arguments import named_options
+from ..errors import InvalidInput
+from ..model.shapes import PointMass
+from ..model.state import State
+from ..model.system import BaseSystem
+from .kernel import plain
+from .place import Place, body_numbers, number, spiceypy
+
+__all__ = ["state"]
+
+
+@named_options
+def state(
+    system: BaseSystem,
+    ids: dict[str, int],
+    barycentre: int,
+    *,
+    time: Any = 0.0,
+    kernels: Sequence[Any] = (),
+    frames: dict[str, str] | None = None,
+) -> State:
+    """The state of a system at a time, from SPICE kernels.
+
+    Parameters
+    ----------
+    system : System
+        With units, an epoch and a frame.
+    ids : dict of int
+        NAIF's number of every body, by its name.
+    barycentre : int
+        NAIF's number of what positions are referred to.
+    time : float or Quantity
+        Of the state, since the system's epoch.
+    kernels : sequence of paths
+        Are loaded for the call, beside those that are loaded already; the latter suffice where they have it all.
+    frames : dict of str, optional
+        The frame along the principal axes of a body, by its name; where none is given, the one that SPICE takes for
+        fixed to the body. A point needs none.
+
+    Returns
+    -------
+    State
+        Geometric, in the system's axes and units, from the barycentre.
+
+    Raises
+    ------
+    InvalidInput
+        For a system without units, epoch or frame; where the kernels do not tell where a body is or how it is turned.
+
+    See Also
+    --------
+    fullbody.Run.to_spk, fullbody.Run.to_ck
+
+    Notes
+    -----
+    The epoch becomes TDB by astropy, so that no kernel of leap seconds is needed.
+
+    Examples
+    --------
+    >>> import fullbody, tempfile
+    >>> system, start = fullbody.systems.didymos(units=True)
+    >>> run = system.integrate(start, 12.0, dense=True)
+    >>> ids = {"Didymos": 920065803, "Dimorphos": 120065803}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     kernels = [run.to_spk(f"{folder}/run.bsp", ids, barycentre=20065803), *run.to_ck(f"{folder}/run.bc", ids)]
+    ...     found = fullbody.spice.state(system, ids, barycentre=20065803, time=6.0, kernels=kernels)
+    >>> float(abs(found.spin - run(6.0).spin).max().value) < 1e-11
+    True
+    """
+    place = Place(system, "a state from SPICE")
+    numbers, observer = body_numbers(ids, system.names), number(barycentre, "barycentre")
+    missing = [name for k, name in enumerate(system.names) if k not in numbers]
+    if missing:
+        raise InvalidInput(f"ids has no number of {missing[0]}; expected those of {', '.join(system.names)}")
+    named = dict(frames or {})
+    for name in named:
+        system._place(name, "a body in frames")
+    plain_time = system._units.number(time, "time", "time")
+    et = float(place.et(plain_time))
+    spice = spiceypy()
+    rows = []
+    with _loaded(kernels):
+        for k, name in enumerate(system.names):
+            body = numbers[k]
+            with _telling(f"where {name} ({body}) is from {observer}", system, time):
+                found, _ = spice.spkgeo(body, et, "J2000", observer)
+            position, velocity = np.reshape(found, (2, 3)) @ place.axes
+            attitude, spin = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
+            if name in named or not isinstance(system.bodies[k].shape, PointMass):
+                with _telling(f"how {name} ({body}) is turned", system, time):
+                    frame = named.get(name) or spice.cidfrm(body)[1]
+                    turning = spice.sxform(frame, "J2000", et)
+                matrix = turning[:3, :3]
+                attitude = rotations.quaternion(place.axes.T @ matrix)
+                # The change of the matrix is the matrix times the vector product with the spin.
+                cross = matrix.T @ turning[3:, :3]
+                spin = np.array([cross[2, 1], cross[0, 2], cross[1, 0]])
+            rows.append((position / place.km, velocity / place.km * place.second, attitude, spin * place.second))
+    positions, velocities, attitudes, spins = (np.array(column) for column in zip(*rows, strict=True))
+    attach = system._units.attach
+    return State(
+        position=attach(positions, "length"),
+        velocity=attach(velocities, "velocity"),
+        attitude=attitudes,
+        spin=attach(spins, "spin"),
+        time=attach(plain_time, "time"),
+    )
+
+
+@contextmanager
+def _telling(what: str, system: BaseSystem, time: Any) -> Iterator[None]:
+    """A context in which an error of SPICE says what the kernels do not tell."""
+    errors = spiceypy().utils.exceptions
+    try:
+        yield
+    except (errors.SpiceyError, errors.NotFoundError) as error:
+        date = f"{time} after {system.options['epoch']}"
+        raise InvalidInput(f"the kernels do not tell {what} at {date}: {plain(error)}") from error
+
+
+@contextmanager
+def _loaded(kernels: Sequence[Any]) -> Iterator[None]:
+    """A context in which these kernels are loaded."""
+    spice = spiceypy()
+    if isinstance(kernels, str | bytes | os.PathLike):
+        raise InvalidInput(f"kernels is {kernels!r}; expected a sequence of paths")
+    added: list[str] = []
+    try:
+        for name in map(os.fspath, kernels):
+            try:
+                spice.furnsh(name)
+            except spice.utils.exceptions.SpiceyError as error:
+                raise InvalidInput(f"{name} is no kernel that SPICE can load: {plain(error)}") from error
+            added.append(name)
+        yield
+    finally:
+        # What was loaded twice is still loaded once.
+        for name in reversed(added):
+            spice.unload(name)

@@ -1,0 +1,275 @@
+//! How much of a source's disc the bodies hide.
+//!
+//! With p a particle from the centre of an ellipsoid, A = diag(1/a_i^2) in its frame, the ray p + l d meets it where
+//! Q(d) = (d.Ap)^2 - (p.Ap - 1) d.Ad >= 0 and d.Ap < 0: a convex cone. The directions to the source's disc are
+//! d = s + tau (u e_1 + w e_2) with s to its centre, e_1 and e_2 across it, u^2 + w^2 <= 1 and tau the tangent of its angular radius,
+//! and the hidden part is the area of the cone's section with that unit circle, over pi.
+//!
+//! Along each line of constant u the hidden part is an interval that two square roots give. Over u it is integrated by the rule of
+//! Gauss and Chebyshev between the places where an end of the interval changes its kind: where the cone's section
+//! begins and ends, and where it crosses the circle.
+
+use crate::integrate::root;
+use crate::math::rotation::{turned, turned_back};
+use crate::math::{Mat3, Vec3};
+use crate::shape::{Body, Shape};
+use gauss_quad::GaussLegendre;
+use std::f64::consts::PI;
+use std::num::NonZeroUsize;
+
+/// A part of a body that casts a shadow.
+#[derive(Debug, Clone)]
+struct Occulter {
+    /// The body's place in the system.
+    body: usize,
+    position: Vec3,
+    /// From the part's frame into the body's.
+    rotation: Mat3,
+    semi_axes: Vec3,
+    radius: f64,
+    /// Of the sphere inside it.
+    inner: f64,
+}
+
+/// The cone of directions that an ellipsoid hides, in the coordinates (1, u, w) of the disc.
+#[derive(Debug, Clone)]
+struct Cone {
+    /// Q as a symmetric matrix.
+    q: Mat3,
+    /// d.Ap as a row.
+    towards: Vec3,
+}
+
+/// Which directions to the disc an ellipsoid hides.
+enum Hidden {
+    Nothing,
+    Everything,
+    Within(Cone),
+}
+
+impl Occulter {
+    /// Those of a body: its outer parts, and the ellipsoid with the same moments of inertia in place of a polyhedron.
+    fn of(index: usize, body: &Body) -> Vec<Self> {
+        let part = |part: &crate::shape::Part| {
+            let semi_axes = match &part.shape {
+                Shape::Point => return None,
+                Shape::Ellipsoid(ellipsoid) => Vec3::from(ellipsoid.semi_axes()),
+                Shape::Polyhedron(polyhedron) => {
+                    let inertia = polyhedron.inertia_per_mass();
+                    inertia.map(|own| (2.5 * (inertia.sum() - 2.0 * own)).max(0.0).sqrt())
+                }
+            };
+            let (position, rotation) = (part.position(), part.rotation());
+            let (radius, inner) = (semi_axes.max(), semi_axes.min());
+            Some(Self { body: index, position, rotation, semi_axes, radius, inner })
+        };
+        body.outer_parts().filter_map(part).collect()
+    }
+
+    /// What it hides. `r` is the particle from the body's centre, `s` the direction to the source's centre, inertial.
+    fn hides(&self, turn: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
+        let p = r - turned(turn, &self.position);
+        let ahead = -p.dot(s);
+        if ahead < -self.radius {
+            return Hidden::Nothing;
+        }
+        let aside = (p + s * ahead).norm_squared();
+        let reach = self.radius + tau * (ahead + self.radius);
+        if aside > reach * reach * (1.0 + tau * tau) {
+            return Hidden::Nothing;
+        }
+        // No ray to the disc is farther from the centre there than this.
+        if ahead > 0.0 && aside.sqrt() + tau * ahead < self.inner {
+            return Hidden::Everything;
+        }
+        let own =
+            |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
+        // In the frame in which the ellipsoid is the unit sphere.
+        let p = own(&p);
+        let directions = Mat3::from_columns(&[own(s), own(across[0]) * tau, own(across[1]) * tau]);
+        let height = (p.norm_squared() - 1.0).max(f64::EPSILON);
+        let towards = directions.tr_mul(&p);
+        let q = towards * towards.transpose() - directions.tr_mul(&directions) * height;
+        Hidden::Within(Cone { q, towards })
+    }
+}
+
+impl Cone {
+    fn q(&self, u: f64, w: f64) -> f64 {
+        let d = Vec3::new(1.0, u, w);
+        d.dot(&(self.q * d))
+    }
+
+    /// The hidden interval of w on a line of constant u.
+    fn interval(&self, u: f64) -> Option<[f64; 2]> {
+        let row = Vec3::new(1.0, u, 0.0);
+        let a = self.q[(2, 2)];
+        let b = self.q.row(2).dot(&row.transpose());
+        let c = row.dot(&(self.q * row));
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 {
+            return None;
+        }
+        let far = -(b + discriminant.sqrt().copysign(b));
+        let (first, second) = (far / a, if far == 0.0 { 0.0 } else { c / far });
+        let (low, high) = (first.min(second), first.max(second));
+        let [t0, t1] = [self.towards.dot(&row), self.towards[2]];
+        if a < 0.0 {
+            // One of the two cones is cut from side to side.
+            (t0 + t1 * 0.5 * (low + high) < 0.0).then_some([low, high])
+        } else if t1 < 0.0 {
+            Some([high, f64::INFINITY])
+        } else {
+            Some([f64::NEG_INFINITY, low])
+        }
+    }
+
+    /// Places in u where an end of the interval changes its kind.
+    fn breaks(&self, out: &mut Vec<f64>) {
+        let q = &self.q;
+        // The discriminant of the interval is a quadratic in u.
+        let minor = |i: usize, j: usize| q[(2, i)] * q[(2, j)] - q[(2, 2)] * q[(i, j)];
+        let (c, b, a) = (minor(0, 0), minor(0, 1), minor(1, 1));
+        let square = b * b - a * c;
+        if square >= 0.0 {
+            let far = -(b + square.sqrt().copysign(b));
+            out.extend([far / a, c / far]);
+        }
+        // On the circle, u = (1 - t^2)/(1 + t^2) and w = 2 t/(1 + t^2): a quartic in t, from -1 to 1 on either half.
+        for side in [1.0, -1.0] {
+            let (q01, q11) = (q[(0, 1)] * side, q[(1, 1)]);
+            let (q02, q12) = (q[(0, 2)], q[(1, 2)] * side);
+            let quartic = [
+                q[(0, 0)] + 2.0 * q01 + q11,
+                4.0 * (q02 + q12),
+                2.0 * q[(0, 0)] - 2.0 * q11 + 4.0 * q[(2, 2)],
+                4.0 * (q02 - q12),
+                q[(0, 0)] - 2.0 * q01 + q11,
+            ];
+            roots_within(&quartic, &mut |t| out.push(side * (1.0 - t * t) / (1.0 + t * t)));
+        }
+    }
+}
+
+/// The simple roots from -1 to 1, in rising order, of a polynomial of degree four at most, by those of its derivative.
+fn roots_within(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
+    let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c);
+    let (mut ends, mut count) = ([-1.0; 6], 1);
+    if polynomial.len() > 2 {
+        let mut slope = [0.0; 4];
+        for (k, out) in slope[..polynomial.len() - 1].iter_mut().enumerate() {
+            *out = (k + 1) as f64 * polynomial[k + 1];
+        }
+        roots_within(&slope[..polynomial.len() - 1], &mut |t| {
+            ends[count] = t;
+            count += 1;
+        });
+    }
+    ends[count] = 1.0;
+    for pair in ends[..=count].windows(2) {
+        let [a, b] = [(pair[0], value(pair[0])), (pair[1], value(pair[1]))];
+        if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
+            let Ok(t) = root(|t| Ok::<_, std::convert::Infallible>(value(t)), a, b);
+            found(t);
+        }
+    }
+}
+
+/// Nodes of the rule between two breaks.
+const NODES: NonZeroUsize = NonZeroUsize::new(20).unwrap();
+
+/// Weights and places of the rule from -1 to 1: Gauss-Legendre in t, with the cosine of t as the place. Square roots at
+/// either end are smooth in t.
+fn rule() -> Vec<[f64; 2]> {
+    let gauss = GaussLegendre::new(NODES);
+    let node = |(x, weight): (&f64, &f64)| {
+        let t = 0.5 * PI * (1.0 + x);
+        [0.5 * PI * weight * t.sin(), t.cos()]
+    };
+    gauss.nodes().zip(gauss.weights()).map(node).collect()
+}
+
+/// The source's disc as particles see it, with room to compute.
+#[derive(Debug, Clone)]
+pub struct Disc {
+    occulters: Vec<Occulter>,
+    /// The source's radius.
+    radius: f64,
+    rule: Vec<[f64; 2]>,
+    cones: Vec<Cone>,
+    breaks: Vec<f64>,
+    intervals: Vec<[f64; 2]>,
+}
+
+impl Disc {
+    /// Of a source with a radius, behind bodies.
+    pub fn new(radius: f64, bodies: &[Body]) -> Self {
+        let occulters =
+            bodies.iter().enumerate().flat_map(|(index, body)| Occulter::of(index, body)).collect();
+        let (cones, breaks, intervals) = Default::default();
+        Self { occulters, radius, rule: rule(), cones, breaks, intervals }
+    }
+
+    /// The visible part, with the source `towards` a place, inertial; `place` gives a body's rotation and the place from its centre.
+    pub fn visible(&mut self, towards: &Vec3, mut place: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
+        let square = towards.norm_squared();
+        let s = towards / square.sqrt();
+        let tau = self.radius / (square - self.radius * self.radius).max(f64::MIN_POSITIVE).sqrt();
+        let mut least = Vec3::zeros();
+        least[s.iamin()] = 1.0;
+        let first = s.cross(&least).normalize();
+        let second = s.cross(&first);
+        self.cones.clear();
+        for occulter in &self.occulters {
+            let (turn, r) = place(occulter.body);
+            match occulter.hides(&turn, &r, &s, [&first, &second], tau) {
+                Hidden::Nothing => {}
+                Hidden::Everything => return 0.0,
+                Hidden::Within(cone) => self.cones.push(cone),
+            }
+        }
+        if self.cones.is_empty() {
+            return 1.0;
+        }
+        let Self { rule, cones, breaks, intervals, .. } = self;
+        breaks.clear();
+        breaks.extend([-1.0, 1.0]);
+        if tau > 0.0 {
+            cones.iter().for_each(|cone| cone.breaks(breaks));
+            breaks.retain(|u| (-1.0..=1.0).contains(u));
+            breaks.sort_unstable_by(f64::total_cmp);
+            breaks.dedup();
+        }
+        if breaks.len() == 2 {
+            // Of a disc that no cone begins, ends or is cut in, each hides all or nothing.
+            let hidden = cones.iter().any(|cone| cone.towards[0] < 0.0 && cone.q(0.0, 0.0) >= 0.0);
+            return if hidden { 0.0 } else { 1.0 };
+        }
+        let mut hidden = 0.0;
+        for pair in breaks.windows(2) {
+            let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
+            for [weight, place] in &*rule {
+                hidden += half * weight * covered(cones, middle + half * place, intervals);
+            }
+        }
+        (1.0 - hidden / PI).clamp(0.0, 1.0)
+    }
+}
+
+/// Length of what the cones hide of the circle's chord at u.
+fn covered(cones: &[Cone], u: f64, intervals: &mut Vec<[f64; 2]>) -> f64 {
+    let chord = (1.0 - u * u).max(0.0).sqrt();
+    intervals.clear();
+    intervals.extend(cones.iter().filter_map(|cone| {
+        let [low, high] = cone.interval(u)?;
+        let (low, high) = (low.max(-chord), high.min(chord));
+        (low < high).then_some([low, high])
+    }));
+    intervals.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    let (mut length, mut reached) = (0.0, f64::NEG_INFINITY);
+    for &[low, high] in &*intervals {
+        length += (high - low.max(reached)).max(0.0);
+        reached = reached.max(high);
+    }
+    length
+}

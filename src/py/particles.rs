@@ -1,0 +1,221 @@
+//! Particles.
+
+use super::arrays::{array, from_vectors, vectors};
+use super::descriptions::from_python;
+use super::listening::{Listener, listening};
+use super::runs::{PyDense, Sampling};
+use super::systems::{PyState, PySystem};
+use crate::error::Error;
+use crate::math::Vec3;
+use crate::particles::{
+    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface,
+    Watch, visible_from,
+};
+use crate::trajectory::{Integrator, Output, Progress};
+use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// Time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
+type Given<'py> =
+    (f64, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// What happens at a surface: `"stop"`, `"remove"`, or the numbers of a bounce.
+#[derive(FromPyObject)]
+pub enum Met {
+    Bounce(f64, f64, f64),
+    Named(String),
+}
+
+/// What is watched for: `"shadow"` and the visible part, `"periapsis"` and the body's place, or `"function"` and that; the direction.
+type Watched<'py> = (String, Bound<'py, PyAny>, i8);
+
+/// Flies particles along a run; gives what was recorded, and the error that cut the flight short, if any.
+///
+/// The GIL is released; about every 25 ms it is taken to look for Ctrl-C and to call `progress(start, time, end)`.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub fn fly<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    dense: &PyDense,
+    particles: Given<'py>,
+    until: f64,
+    output: Sampling<'py>,
+    integrator: &Bound<'py, PyDict>,
+    contact: Met,
+    escape: Option<(f64, bool)>,
+    radiation: Option<(String, f64, f64)>,
+    watched: Vec<Watched<'py>>,
+    threads: Option<NonZeroUsize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
+    let integrator: Integrator = from_python(integrator)?;
+    let Some((tableau, tolerance)) = integrator.pair() else {
+        let expected = "one with step control, such as Verner98";
+        return Err(Error::invalid("integrator", "one of fixed steps", expected).into());
+    };
+    let (start, positions, velocities, ratios) = particles;
+    let (positions, velocities) = (vectors("position", &positions)?, vectors("velocity", &velocities)?);
+    let ratios = ratios.as_array().to_vec();
+    let output = match Output::from(output) {
+        Output::Steps => Vec::new(),
+        output => output.times(start, until)?,
+    };
+    let rules = Rules {
+        tableau,
+        tolerance,
+        contact: match contact {
+            Met::Bounce(normal, tangential, rest) => Contact::Bounce { normal, tangential, rest },
+            Met::Named(name) if name == "remove" => Contact::Remove,
+            Met::Named(_) => Contact::Stop,
+        },
+        escape: escape.map(|(distance, unbound)| Escape { distance, unbound }),
+    };
+    let radiation = radiation.map(|(by, strength, radius)| Radiation { by, strength, radius });
+    let listener = Arc::new(Listener::default());
+    let watches =
+        watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
+    let mut flying: Vec<Particle> = positions
+        .iter()
+        .zip(&velocities)
+        .zip(&ratios)
+        .map(|((x, v), ratio)| Particle::new(start, x, v, *ratio))
+        .collect();
+    drop((positions, velocities, ratios));
+    let mut flown = Flown::default();
+    let plan = Plan {
+        system: &system.inner,
+        dense: &dense.inner,
+        until,
+        output: &output,
+        rules: &rules,
+        radiation: radiation.as_ref(),
+        watches: &watches,
+        threads,
+    };
+    let outcome = py.detach(|| {
+        let mut hook = |p: Progress| {
+            listener.ask(|py| match &progress {
+                Some(progress) => progress.call1(py, (p.start, p.time, p.end)).map(drop),
+                None => Ok(()),
+            })
+        };
+        plan.fly(&mut flying, &mut flown, &mut hook)
+    });
+    let error = outcome.err().map(|error| listener.explain(error));
+    Ok((arrays(py, &flying, flown, &output)?, error))
+}
+
+/// The outermost places (P, 3) of a body's surface in directions (P, 3) from its centre, and the outward normals, body frame.
+#[pyfunction]
+pub fn surface<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    body: usize,
+    directions: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<(Array<'py>, Array<'py>)> {
+    let body = &system.inner.bodies()[body];
+    let surface = Surface::new(body);
+    let place = |direction: &Vec3| {
+        surface.outermost(direction).ok_or_else(|| {
+            let expected = "a body with a surface in all directions from its centre";
+            Error::invalid("body", format!("{:?}", body.name), expected)
+        })
+    };
+    let directions = vectors("directions", &directions)?;
+    let (places, normals): (Vec<_>, Vec<_>) =
+        directions.iter().map(place).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    Ok((from_vectors(py, &places)?, from_vectors(py, &normals)?))
+}
+
+/// The visible part (P,) of a third body's disc from places (P, 3) in a state.
+#[pyfunction]
+pub fn visible<'py>(
+    py: Python<'py>,
+    system: &PySystem,
+    state: &PyState,
+    radiation: (String, f64, f64),
+    points: PyReadonlyArrayDyn<'py, f64>,
+) -> PyResult<Array<'py>> {
+    let (by, strength, radius) = radiation;
+    let (radiation, points) = (Radiation { by, strength, radius }, vectors("points", &points)?);
+    let parts =
+        listening(py, |patience| visible_from(&system.inner, &state.inner, &radiation, &points, patience))?;
+    let count = parts.len();
+    array(py, parts, &[count])
+}
+
+/// What was recorded, as arrays by their names.
+fn arrays<'py>(
+    py: Python<'py>,
+    particles: &[Particle],
+    flown: Flown,
+    output: &[f64],
+) -> PyResult<Bound<'py, PyDict>> {
+    let (p, k) = (particles.len(), output.len());
+    let dict = PyDict::new(py);
+    dict.set_item("time", array(py, output.to_vec(), &[k])?)?;
+    dict.set_item("samples", array(py, flown.samples, &[p, k, 6])?)?;
+    let each = |number: &dyn Fn(&Particle) -> f64| particles.iter().map(number).collect::<Vec<f64>>();
+    let of = |name: &str, number: &dyn Fn(&Particle) -> f64| -> PyResult<()> {
+        dict.set_item(name, array(py, each(number), &[p])?)
+    };
+    of("fate_time", &|particle| particle.end.time)?;
+    of("longitude", &|particle| particle.end.longitude)?;
+    of("latitude", &|particle| particle.end.latitude)?;
+    of("speed", &|particle| particle.end.speed)?;
+    of("incidence", &|particle| particle.end.incidence)?;
+    of("last_time", &|particle| particle.time)?;
+    let motion: Vec<f64> = particles.iter().flat_map(|particle| particle.motion).collect();
+    dict.set_item("last", array(py, motion, &[p, 6])?)?;
+    let number = |fate: Fate| Fate::ALL.iter().position(|(_, other)| *other == fate).unwrap_or(0) as i8;
+    let fates: Vec<i8> = particles.iter().map(|particle| number(particle.end.fate)).collect();
+    dict.set_item("fate", numpy::PyArray1::from_vec(py, fates))?;
+    let body = |particle: &Particle| particle.end.body.map_or(-1, |body| body as i32);
+    dict.set_item(
+        "fate_body",
+        numpy::PyArray1::from_vec(py, particles.iter().map(body).collect::<Vec<i32>>()),
+    )?;
+    let strikes: Vec<u32> = particles.iter().map(|particle| particle.strikes).collect();
+    dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
+    let happened = flown.happened;
+    let n = happened.len();
+    let vectors = |f: fn(&crate::particles::Happened) -> &Vec3| {
+        happened.iter().map(f).flat_map(|v| [v.x, v.y, v.z]).collect::<Vec<f64>>()
+    };
+    dict.set_item("event", happened.iter().map(|h| h.watch).collect::<Vec<_>>())?;
+    dict.set_item("event_particle", happened.iter().map(|h| h.particle).collect::<Vec<_>>())?;
+    dict.set_item("event_rising", happened.iter().map(|h| h.rising).collect::<Vec<_>>())?;
+    dict.set_item("event_time", array(py, happened.iter().map(|h| h.time).collect(), &[n])?)?;
+    dict.set_item("event_position", array(py, vectors(|h| &h.position), &[n, 3])?)?;
+    dict.set_item("event_velocity", array(py, vectors(|h| &h.velocity), &[n, 3])?)?;
+    Ok(dict)
+}
+
+/// The core's condition. The first exception of a function goes to `listener`.
+fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> PyResult<Watch> {
+    let condition = match kind.as_str() {
+        "shadow" => Condition::Shadow { visible: what.extract()? },
+        "periapsis" => Condition::Periapsis { body: what.extract()? },
+        _ => {
+            let (listener, f) = (listener.clone(), what.unbind());
+            let function: Box<ParticleFunction> = Box::new(move |time, position, velocity| {
+                let arguments = |v: &Vec3| [v.x, v.y, v.z];
+                let value = Python::attach(|py| {
+                    f.call1(py, (time, arguments(position), arguments(velocity)))?.extract::<f64>(py)
+                });
+                value.map_err(|error| {
+                    listener.keep(error);
+                    Error::invalid("value of an event's function", "an exception", "a number")
+                })
+            });
+            Condition::Function(function)
+        }
+    };
+    Ok(Watch { condition, direction })
+}

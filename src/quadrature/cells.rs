@@ -1,0 +1,201 @@
+//! The faces of a polyhedron in cells, each with the rule of Gauss that integrates another body's potential over it.
+//!
+//! That potential is analytic but on a set within the other body: an ellipsoid's focal ellipse, a polyhedron's edges. Where the set is
+//! at the distance d from the centre of a cell of the radius s, the error of a rule that is exact to degree L falls like rate^-L. The
+//! rate depends on where the set lies, between d/s in the cell's plane and twice that above it (Lundin's function; see
+//! [`super::focal_degree`]). Halfway between, it is
+//!
+//!   rate = x + sqrt(1 + x^2),    x = d / (sqrt(2) s).
+//!
+//! A cell for which this asks for too many points is halved across its longest side. Towards a point of the set the cells shrink
+//! with the distance, so that their number grows with its logarithm. They end where what a cell can contribute to the error is
+//! below the tolerance: the potential of a polyhedron is singular on its edges like d^2 ln d.
+//!
+//! Cells follow from the pose alone and nothing is kept of them: they are made while the sum is taken, on a stack of fixed size.
+
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::patience::{self, Patience};
+use crate::shape::Polyhedron;
+use std::ops::Range;
+
+/// Most points along a side of a cell.
+pub const MOST: usize = 12;
+/// So many times a cell is halved at most, and the stack holds as many.
+const DEEPEST: usize = 64;
+/// A face has so many units, in which it can be divided between pieces of a sum.
+const UNITS: usize = 64;
+/// Work of a piece of a sum.
+const WORK: u64 = patience::UNITS;
+
+/// How strong another body's potential is near where it is singular, and how small the error is to be.
+#[derive(Debug, Clone, Copy)]
+pub struct Demand {
+    /// The least error that counts, as a force per unit G m m times the volume.
+    pub error: f64,
+    /// Radius of the other body.
+    pub radius: f64,
+    /// The power of the distance with which the singular part fades on the set: 0 for an ellipsoid, 2 for a polyhedron's
+    /// potential, 1 for its field.
+    pub power: i32,
+}
+
+impl Demand {
+    /// Points along a side for a cell of an area and a radius, so far from the set; `None` where the cell is to be halved.
+    fn points(&self, area: f64, radius: f64, distance: f64) -> Option<usize> {
+        /// A rule errs by this share of a singular part that fades like the distance, and by its square where like the square.
+        const SMOOTH: f64 = 0.1;
+        let (reach, own) = (distance + radius, self.radius);
+        let strength = if reach < own { (reach / own).powi(self.power) / own } else { 1.0 / reach };
+        let wanted = area * strength / self.error;
+        if wanted <= 1.0 {
+            return Some(2);
+        }
+        if wanted * SMOOTH.powi(self.power) <= 1.0 {
+            return Some(4);
+        }
+        let x = distance / (std::f64::consts::SQRT_2 * radius);
+        let degree = wanted.ln() / (x + 1.0f64.hypot(x)).ln();
+        let points = (0.5 * degree).ceil() + 1.0;
+        (points <= MOST as f64).then_some((points as usize).max(2))
+    }
+}
+
+/// A part of a face.
+#[derive(Debug, Clone, Copy)]
+pub struct Cell {
+    /// Its corners, in the polyhedron's frame.
+    pub corners: [Vec3; 3],
+    /// The outward normal.
+    pub normal: Vec3,
+    /// Its area over the volume.
+    pub share: f64,
+    /// Points along a side.
+    pub points: usize,
+    unit: usize,
+    span: usize,
+    depth: usize,
+}
+
+/// How the cells of a polyhedron's faces divide into pieces of a sum.
+#[derive(Debug, Clone, Default)]
+pub struct Division {
+    /// Number of points.
+    pub points: usize,
+    /// The units where the second and later pieces begin.
+    pub begins: Vec<usize>,
+}
+
+/// The cells of a polyhedron's faces; `distance` gives the distance from a point to the singular set.
+pub struct Cells<'a, D> {
+    polyhedron: &'a Polyhedron,
+    demand: Demand,
+    distance: D,
+    range: Range<usize>,
+    face: usize,
+    volume: f64,
+    stack: [Cell; DEEPEST + 1],
+    length: usize,
+}
+
+impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
+    /// The cells that begin in a range of units.
+    #[inline]
+    pub fn new(polyhedron: &'a Polyhedron, demand: Demand, range: &Range<usize>, distance: D) -> Self {
+        let zero = Vec3::zeros();
+        let none =
+            Cell { corners: [zero; 3], normal: zero, share: 0.0, points: 0, unit: 0, span: 0, depth: 0 };
+        let range = range.start..range.end.min(UNITS * polyhedron.faces().len());
+        let (face, volume) = (range.start / UNITS, polyhedron.volume());
+        Self { polyhedron, demand, distance, range, face, volume, stack: [none; DEEPEST + 1], length: 0 }
+    }
+
+    /// Divides all cells into pieces of a few milliseconds, with `each` the work that a point takes. `None` where all take more
+    /// than `most`.
+    pub fn divide(self, each: u64, most: u64, patience: &mut Patience) -> Result<Option<Division>> {
+        let (mut division, mut work, mut all) = (Division::default(), 0, 0);
+        for cell in self {
+            patience.spend(1 + each / 8, 0.0)?;
+            let points = cell.points * cell.points;
+            let more = points as u64 * each;
+            if work + more > WORK && division.begins.last().copied().unwrap_or(0) < cell.unit {
+                division.begins.push(cell.unit);
+                work = 0;
+            }
+            work += more;
+            all += more;
+            division.points += points;
+            if all > most {
+                return Ok(None);
+            }
+        }
+        Ok(Some(division))
+    }
+
+    fn push(&mut self, cell: Cell) {
+        self.stack[self.length] = cell;
+        self.length += 1;
+    }
+
+    fn push_face(&mut self) -> bool {
+        if self.face * UNITS >= self.range.end {
+            return false;
+        }
+        let corners @ [a, b, c] = self.polyhedron.corners(self.face);
+        let across = (b - a).cross(&(c - a));
+        let twice = across.norm();
+        let unit = self.face * UNITS;
+        self.face += 1;
+        let share = 0.5 * twice / self.volume;
+        self.push(Cell { corners, normal: across / twice, share, points: 0, unit, span: UNITS, depth: 0 });
+        true
+    }
+
+    fn halve(&mut self, cell: Cell) {
+        let corners = cell.corners;
+        let side = |k: usize| (corners[(k + 2) % 3] - corners[(k + 1) % 3]).norm_squared();
+        let apex = if side(0) >= side(1) && side(0) >= side(2) {
+            0
+        } else if side(1) >= side(2) {
+            1
+        } else {
+            2
+        };
+        let [a, b, c] = [0, 1, 2].map(|k| corners[(apex + k) % 3]);
+        let middle = 0.5 * (b + c);
+        let half =
+            Cell { share: 0.5 * cell.share, depth: cell.depth + 1, span: (cell.span / 2).max(1), ..cell };
+        let second = if cell.span > 1 { cell.unit + half.span } else { cell.unit };
+        self.push(Cell { corners: [a, middle, c], unit: second, ..half });
+        self.push(Cell { corners: [a, b, middle], ..half });
+    }
+}
+
+impl<D: FnMut(&Vec3) -> f64> Iterator for Cells<'_, D> {
+    type Item = Cell;
+
+    fn next(&mut self) -> Option<Cell> {
+        loop {
+            if self.length == 0 && !self.push_face() {
+                return None;
+            }
+            self.length -= 1;
+            let cell = self.stack[self.length];
+            if cell.unit >= self.range.end || cell.unit + cell.span <= self.range.start {
+                continue;
+            }
+            let [a, b, c] = &cell.corners;
+            let centre = (a + b + c) / 3.0;
+            let radius =
+                (a - centre).norm_squared().max((b - centre).norm_squared()).max((c - centre).norm_squared());
+            let distance = (self.distance)(&centre);
+            match self.demand.points(cell.share, radius.sqrt(), distance) {
+                None if cell.depth < DEEPEST => self.halve(cell),
+                points if cell.unit >= self.range.start => {
+                    return Some(Cell { points: points.unwrap_or(MOST), ..cell });
+                }
+                _ => {}
+            }
+        }
+    }
+}

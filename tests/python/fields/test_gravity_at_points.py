@@ -1,0 +1,235 @@
+"""Gravity at many points: of bodies, systems and runs, outside and inside, against values from elsewhere."""
+
+import os
+import subprocess
+import sys
+
+import astropy.units as u
+import fullbody
+import mpmath
+import numpy as np
+import pytest
+from fullbody import Body, Composite, Ellipsoid, InvalidInput, Part, PointMass, Polyhedron, Sphere
+from support import matrix, reference
+
+AXES = (1.0, 0.8, 0.5)
+CUBE = Polyhedron(
+    np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float),
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ],
+)
+
+
+@pytest.fixture(scope="module")
+def flown():
+    """1999 KW4 for some hours, with its continuous solution."""
+    system, state = fullbody.systems.kw4()
+    return system.integrate(state, 6.0, output=2.0, dense=True)
+
+
+def resting(position):
+    """A state of bodies at rest."""
+    none, unturned = np.zeros((len(position), 3)), np.tile([1.0, 0.0, 0.0, 0.0], (len(position), 1))
+    return fullbody.State(position=position, velocity=none, attitude=unturned, spin=none)
+
+
+def within(found, expected, tolerance):
+    """Arrays of vectors or matrices alike, relative to the size of each."""
+    axes = tuple(range(1, np.ndim(expected)))
+    size = np.sqrt(np.sum(np.square(expected), axis=axes, keepdims=True))
+    assert (np.abs(found - expected) <= tolerance * size).all(), np.abs((found - expected) / size).max()
+
+
+def test_differences_in_44_digits():
+    for case in reference("derivatives")["fields"]:
+        body = Body(Ellipsoid(*map(float, case["axes"])), mass=1.0)
+        found = body.gravity([float(x) for x in case["point"]], G=1.0)
+        assert float(found.potential) == pytest.approx(float(case["potential"]), rel=4e-15)
+        within(found.field[None], np.array([case["field"]], dtype=float), 4e-15)
+        within(found.gradient[None], np.array([case["gradient"]], dtype=float), 4e-15)
+
+
+def by_integrals(x):
+    """Potential, field and gradient inside the ellipsoid of unit GM: Dirichlet's integrals in 30 digits."""
+    with mpmath.workdps(30):
+        squares = [mpmath.mpf(a) ** 2 for a in AXES]
+
+        def root(s):
+            return mpmath.sqrt((squares[0] + s) * (squares[1] + s) * (squares[2] + s))
+
+        whole = mpmath.quad(lambda s: 1 / root(s), [0, 1, mpmath.inf])
+        parts = [mpmath.quad(lambda s, a=a: 1 / (root(s) * (a + s)), [0, 1, mpmath.inf]) for a in squares]
+        potential = 0.75 * (whole - sum(a * mpmath.mpf(xi) ** 2 for a, xi in zip(parts, x, strict=True)))
+        factors = np.array([float(-1.5 * a) for a in parts])
+        return float(potential), factors * x, np.diag(factors)
+
+
+@pytest.mark.parametrize("x", [(0.0, 0.0, 0.0), (0.3, -0.4, 0.1), (0.9, 0.1, -0.1)])
+def test_inside_an_ellipsoid(x):
+    found = Body(Ellipsoid(*AXES), mass=1.0).gravity(x, G=1.0)
+    potential, field, gradient = by_integrals(np.array(x))
+    assert float(found.potential) == pytest.approx(potential, rel=1e-15)
+    assert found.field == pytest.approx(field, rel=1e-14)
+    within(found.gradient[None], gradient[None], 2e-15)
+    # Poisson's equation.
+    assert np.trace(found.gradient) == pytest.approx(-3.0 / np.prod(AXES), rel=1e-14)
+
+
+def test_a_polyhedrons_gradient():
+    """Differences of the field outside and inside; its trace is Laplace's or Poisson's."""
+    body, h = Body(CUBE, mass=8.0), 1e-3
+    for x, trace in (((1.7, 0.4, -0.3), 0.0), ((0.2, -0.5, 0.3), -4.0 * np.pi), ((30.0, 20.0, -50.0), 0.0)):
+        steps = np.array(x) + h * np.array([-2, -1, 1, 2])[:, None, None] * np.eye(3)
+        a, b, c, d = body.gravity(steps, G=1.0).field
+        found = body.gravity(x, G=1.0).gradient
+        size = np.abs(found).max()
+        assert found == pytest.approx((8.0 * (c - b) - (d - a)) / (12.0 * h), abs=1e-9 * size + 1e-12)
+        assert np.trace(found) == pytest.approx(trace, abs=1e-13)
+
+
+def test_a_system_is_the_sum_of_its_bodies_where_they_are():
+    """Each body's gravity, turned and moved by hand: ellipsoid, composite, polyhedron, point."""
+    club = Composite(
+        [
+            Part(Sphere(1.0), mass=2.0),
+            Part(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, position=(0.9, 0.2, 0.1), attitude=(0.9, 0.1, 0.2, 0.3)),
+        ]
+    )
+    shapes = [Body(Ellipsoid(*AXES), mass=1.5), Body(club), Body(CUBE, mass=0.7), Body(PointMass(), mass=0.2)]
+    system = fullbody.System(shapes, G=2.0)
+    rng = np.random.default_rng(4)
+    attitudes = rng.normal(size=(4, 4))
+    attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
+    state = resting([[0, 0, 0], [6, 1, 0], [-5, 4, 2], [1, -7, 3]]).replace(attitude=attitudes)
+    places = rng.normal(size=(7, 11, 3)) * 5.0
+    # Some inside.
+    places[0, :4] = state.position + rng.normal(size=(4, 3)) * 0.2
+    total = system.gravity(state, places)
+    sums = [0.0, 0.0, 0.0]
+    for k, body in enumerate(shapes):
+        turn = matrix(state.attitude[k])
+        own = body.gravity((places - state.position[k]) @ turn, G=2.0)
+        parts = own.potential, own.field @ turn.T, turn @ own.gradient @ turn.T
+        one = system.gravity(state, places, body=k)
+        for found, expected in zip((one.potential, one.field, one.gradient), parts, strict=True):
+            within(found.reshape(77, -1), expected.reshape(77, -1), 2e-13)
+        sums = [total + part for total, part in zip(sums, parts, strict=True)]
+    assert total.potential.shape == (7, 11)
+    for found, expected in zip((total.potential, total.field, total.gradient), sums, strict=True):
+        within(found.reshape(77, -1), expected.reshape(77, -1), 2e-13)
+
+
+def test_the_third_law_gives_the_force_on_a_point():
+    """A point of mass m in the state feels m g: the mutual forces are another code."""
+    system, state = fullbody.systems.kw4()
+    probe = Body(PointMass(), mass=1.0, name="probe")
+    both = fullbody.System([*system.bodies, probe], G=system.G)
+    place = np.array([1.9, -1.2, 0.7])
+    joined = fullbody.State(
+        position=[*state.position, place],
+        velocity=[*state.velocity, [0, 0, 0]],
+        attitude=[*state.attitude, [1, 0, 0, 0]],
+        spin=[*state.spin, [0, 0, 0]],
+    )
+    force = both.interactions(joined).force[2]
+    within(system.gravity(state, place).field[None], force[None], 1e-14)
+
+
+def test_along_a_run(flown):
+    places = np.array([[3.0, 1.0, 0.5], [0.0, 2.0, 2.0], [0.1, 0.1, 0.1]])
+    found = flown.gravity([[1.0], [2.5]], places, body="Alpha")
+    assert found.field.shape == (2, 3, 3)
+    for row, time in enumerate((1.0, 2.5)):
+        assert np.array_equal(found.field[row], flown.system.gravity(flown(time), places, body=0).field)
+    track = flown.gravity([1.0, 2.5, 1.0], places)
+    assert np.array_equal(track.potential[1], flown.system.gravity(flown(2.5), places[1]).potential)
+    assert np.array_equal(track.gradient[2], flown.system.gravity(flown(1.0), places[2]).gradient)
+    # Samples need no continuous solution.
+    bare = flown[:]
+    bare.dense = None
+    assert np.array_equal(bare.gravity(2.0, places).field, flown.system.gravity(flown[1], places).field)
+    with pytest.raises(InvalidInput, match=r"time is 2\.5, of no sample; .* dense=True"):
+        bare.gravity(2.5, places)
+    with pytest.raises(InvalidInput, match="time is 7"):
+        flown.gravity(7.0, places)
+    with pytest.raises(InvalidInput, match=r"times of shape \(2,\) and points of shape \(3, 3\)"):
+        flown.gravity([1.0, 2.0], places)
+
+
+def test_units():
+    plain, state = fullbody.systems.kw4()
+    system, with_units = fullbody.systems.kw4(units=True)
+    expected = plain.gravity(state, [2.0, 1.0, 0.5])
+    found = system.gravity(with_units, [2000.0, 1000.0, 500.0] * u.m)
+    assert found.potential.to_value("km2/hour2") == pytest.approx(expected.potential, rel=1e-14)
+    assert found.field.to_value("km/hour2") == pytest.approx(expected.field, rel=1e-13)
+    assert found.gradient.unit == u.hour**-2
+    assert found.gradient.to_value("hour-2") == pytest.approx(expected.gradient, rel=1e-12)
+
+
+def test_no_points():
+    found = Body(Sphere(1.0), mass=1.0).gravity(np.zeros((0, 3)), G=1.0)
+    assert (found.potential.shape, found.field.shape, found.gradient.shape) == ((0,), (0, 3), (0, 3, 3))
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ([[1, 2, 3], [4, np.nan, 6]], r"point 1, component 1, is NaN; expected a finite number"),
+        ([[[1, 2, 3], [0, 0, 4.0]]], r"point \(0, 1\) is \[0, 0, 4\]; expected one away from the point mass of dust"),
+        (np.zeros((3, 2)), r"points has shape \(3, 2\); expected \(\.\.\., 3\)"),
+        ([[9, 9, 9], [1.0, 0.3, 0.2]], None),
+    ],
+)
+def test_bad_points(places, words):
+    """By the index that the caller knows; a polyhedron's surface has a field and no gradient."""
+    system = fullbody.System([Body(CUBE, mass=1.0, name="cube"), Body(PointMass(), mass=0.1, name="dust")], G=1.0)
+    state = resting([[0, 0, 0], [0, 0, 4.0]])
+    if words is not None:
+        with pytest.raises(InvalidInput, match=words):
+            system.gravity(state, places)
+        return
+    found = system.gravity(state, places)
+    assert np.isfinite(found.field).all()
+    with pytest.raises(InvalidInput, match=r"point 1 is \[1, 0.3, 0.2\]; expected one off the surface of cube"):
+        _ = found.gradient
+
+
+def test_a_body_and_a_state_that_are_not_there():
+    system, state = fullbody.systems.kw4()
+    with pytest.raises(InvalidInput, match="body is 'Gamma'"):
+        system.gravity(state, [1, 2, 3], body="Gamma")
+    with pytest.raises(InvalidInput, match="state has 1 bodies; expected 2"):
+        system.gravity(resting([[0, 0, 0]]), [1, 2, 3])
+
+
+HASH = """
+import hashlib, fullbody, numpy as np
+system, state = fullbody.systems.kw4()
+cloud = np.random.default_rng(0).normal(size=(9000, 3)) * 2.0
+found = system.gravity(state, cloud)
+print(hashlib.sha256(b"".join(a.tobytes() for a in (found.potential, found.field, found.gradient))).hexdigest())
+"""
+
+
+def test_threads_and_crowds_change_no_bit():
+    answers = {
+        subprocess.run(
+            [sys.executable, "-c", HASH],
+            env=os.environ | {"RAYON_NUM_THREADS": str(threads)},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        for threads in (1, 3)
+    }
+    assert len(answers) == 1
+    system, state = fullbody.systems.kw4()
+    cloud = np.random.default_rng(0).normal(size=(3000, 3)) * 2.0
+    whole = system.gravity(state, cloud)
+    for some in (slice(0, 1), slice(17, 18), slice(1000, 1700), slice(None, None, -1)):
+        part = system.gravity(state, cloud[some])
+        for name in ("potential", "field", "gradient"):
+            assert np.array_equal(getattr(part, name), getattr(whole, name)[some])

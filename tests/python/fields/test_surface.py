@@ -1,0 +1,121 @@
+"""Geopotential, acceleration and slope on surfaces, against closed forms."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Body, Composite, Ellipsoid, InvalidInput, Part, PointMass, Polyhedron, Sphere
+from fullbody.fields import surface
+from support import matrix
+
+
+def alone(body, spin=(0, 0, 0), attitude=(1, 0, 0, 0), G=1.0):
+    """One body at rest."""
+    state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], attitude=[attitude], spin=[spin])
+    return fullbody.System([body], G=G), state
+
+
+def test_a_maclaurin_spheroid_at_its_own_rate_has_no_slope():
+    """Omega^2 = 2 pi G rho [sqrt(1-e^2)/e^3 (3-2e^2) asin e - 3 (1-e^2)/e^2] (Chandrasekhar 1969): a level surface."""
+    for c in (0.9, 0.5, 0.2):
+        e = np.sqrt(1.0 - c * c)
+        rate = 2.0 * np.pi * (np.sqrt(1 - e * e) / e**3 * (3 - 2 * e * e) * np.arcsin(e) - 3 * (1 - e * e) / (e * e))
+        body = Body(Ellipsoid(2.0, 2.0, 2.0 * c), density=1.0)
+        field = surface(*alone(body, spin=(0, 0, np.sqrt(rate)), attitude=(0.5, 0.1, -0.7, 0.5)), rows=20)
+        assert field.slope.max() < 2e-14
+        assert np.ptp(field.geopotential) < 1e-14 * np.abs(field.geopotential).max()
+        other = surface(*alone(body, spin=(0, 0, 0.9 * np.sqrt(rate))), rows=20)
+        assert other.slope.max() > 0.005
+
+
+def test_a_turning_ball():
+    """a = -(GM/R^2) n + omega^2 rho, V = -GM/R - omega^2 rho^2 / 2."""
+    mass, radius, rate = 3.0, 2.0, 0.3
+    field = surface(*alone(Body(Sphere(radius), mass=mass), spin=(0, 0, rate)), rows=12)
+    across = field.point * [1.0, 1.0, 0.0]
+    assert field.acceleration == pytest.approx(-mass / radius**2 * field.normal + rate**2 * across, abs=1e-14)
+    expected = -mass / radius - 0.5 * rate**2 * (across**2).sum(axis=1)
+    assert field.geopotential == pytest.approx(expected, rel=1e-14)
+    up, out = mass / radius**2, rate**2 * radius * np.cos(field.latitude)
+    slope = np.arctan2(out * np.abs(np.sin(field.latitude)), up - out * np.cos(field.latitude))
+    assert field.slope == pytest.approx(slope, abs=1e-14)
+    assert field.surface_acceleration == pytest.approx(np.linalg.norm(field.acceleration, axis=1))
+    assert field.area.sum() == pytest.approx(4.0 * np.pi * radius**2, rel=0.02)
+
+
+def test_the_other_bodys_tide():
+    """Of a distant ball: G m [(d - r)/|d - r|^3 - d/d^3], and the geopotential of that."""
+    balls = [Body(Sphere(1.0), mass=1.0, name="A"), Body(Sphere(0.5), mass=0.6, name="B")]
+    turn = np.array([0.8, 0.1, -0.4, 0.3])
+    turn /= np.linalg.norm(turn)
+    d = np.array([2.0, -1.0, 0.5])
+    state = fullbody.State(position=[np.zeros(3), d], velocity=np.zeros((2, 3)), attitude=[turn, turn])
+    field = surface(fullbody.System(balls, G=2.0), state, "A", rows=10)
+    away = d @ matrix(turn) - field.point
+    far = np.linalg.norm(away, axis=1, keepdims=True)
+    tide = 1.2 * (away / far**3 - d @ matrix(turn) / np.linalg.norm(d) ** 3)
+    assert field.acceleration == pytest.approx(tide - 2.0 * field.normal, abs=1e-13)
+    potential = (
+        1.2 * (1.0 / far[:, 0] - 1.0 / np.linalg.norm(d))
+        - 1.2 * field.point @ (d @ matrix(turn)) / np.linalg.norm(d) ** 3
+    )
+    assert field.geopotential == pytest.approx(-2.0 - potential, abs=1e-13)
+
+
+def test_the_acceleration_is_that_of_a_particle_let_go():
+    """In a tumbling pair: second differences of a light point's place in the body's frame, by an integration."""
+    system, state = fullbody.systems.kw4()
+    state = state.replace(spin=[[0.3, -0.2, 2.2], [0.4, 0.3, 0.2]])
+    field = surface(system, state, "Beta", rows=6)
+    k = 20
+    turn = matrix(state.attitude[1])
+    # A little above the surface: a point on it would touch.
+    arm = field.point[k] * (1.0 + 1e-9)
+    place = state.position[1] + turn @ arm
+    speed = state.velocity[1] + turn @ np.cross(state.spin[1], arm)
+    dust = Body(PointMass(), mass=1e-20, name="dust")
+    both = fullbody.System([*system.bodies, dust], G=system.G)
+    joined = fullbody.State(
+        position=[*state.position, place],
+        velocity=[*state.velocity, speed],
+        attitude=[*state.attitude, [1, 0, 0, 0]],
+        spin=[*state.spin, [0, 0, 0]],
+    )
+    load, m = both.interactions(joined), system.masses
+    g, centre = load.force[2] / 1e-20, load.force[1] / m[1]
+    inertia, omega = system["Beta"].inertia, state.spin[1]
+    turning = (load.torque[1] - np.cross(omega, inertia * omega)) / inertia
+    expected = turn.T @ (g - centre) - np.cross(omega, np.cross(omega, arm)) - np.cross(turning, arm)
+    assert field.acceleration[k] == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_polyhedrons_faces():
+    """A finely cut sphere: nearly the ball's, with its normals turned outwards."""
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    shape = Polyhedron(np.array(mesh.vertices), np.array(mesh.faces))
+    field = surface(*alone(Body(shape, mass=1.0), spin=(0, 0, 0.3)))
+    assert field.cells.shape == (1280, 4, 3)
+    assert (np.sum(field.normal * field.point, axis=1) > 0.99).all()
+    assert field.area.sum() == pytest.approx(4.0 * np.pi, rel=0.01)
+    across = field.point * [1.0, 1.0, 0.0]
+    assert field.acceleration == pytest.approx(-field.point + 0.09 * across, abs=0.02)
+
+
+def test_a_composite_has_the_surfaces_of_its_parts_outside_of_each_other():
+    """Two balls that overlap: spheres less their caps, whose area is 2 pi R h."""
+    parts = [Part(Sphere(1.0), mass=1.0), Part(Sphere(0.6), mass=0.2, position=(1.2, 0.0, 0.0))]
+    body = Body(Composite(parts))
+    field = surface(*alone(body), rows=90)
+    centres = [np.array(part[2]) for part in body._core(body._own_units(), 0).parts]
+    for centre, radius in zip(centres, (1.0, 0.6), strict=True):
+        assert (np.linalg.norm(field.point - centre, axis=1) > radius - 1e-12).all()
+    plane = (1.2**2 + 1.0 - 0.36) / 2.4
+    expected = 4.0 * np.pi * 1.36 - 2.0 * np.pi * (1.0 - plane) - 2.0 * np.pi * 0.6 * (0.6 - (1.2 - plane))
+    assert field.area.sum() == pytest.approx(expected, rel=0.01)
+
+
+def test_what_has_no_surface_is_refused():
+    with pytest.raises(InvalidInput, match="dust has no surface"):
+        surface(*alone(Body(PointMass(), mass=1.0, name="dust")))
+    with pytest.raises(InvalidInput, match="rows is 1; expected a whole number"):
+        surface(*alone(Body(Sphere(1.0), mass=1.0)), rows=1)

@@ -1,0 +1,194 @@
+"""The rotating frame of a pair: equilibrium points, zero-velocity curves and Roche lobes of the classical problem."""
+
+import astropy.units as u
+import fullbody
+import matplotlib
+import numpy as np
+import pytest
+from fullbody import Body, InvalidInput, PointMass, Sphere, fields, plots
+from scipy.optimize import brentq
+from support import matrix
+
+matplotlib.use("Agg")
+
+
+def circling(light, separation=2.0, G=0.7, shape=None, turn=None, order=1):
+    """Two balls on a circle, in any attitude of the orbit; the lighter one has this share of the mass 3."""
+    turn = np.eye(3) if turn is None else turn
+    shares = np.array([1.0 - light, light])
+    rate = np.sqrt(G * 3.0 / separation**3)
+    places = separation * np.array([[-light, 0, 0], [1.0 - light, 0, 0]])
+    speeds = rate * np.cross([0, 0, 1.0], places)
+    bodies = [
+        Body(shape or Sphere(0.05), mass=3.0 * share, name=name) for share, name in zip(shares, ("A", "B"), strict=True)
+    ]
+    state = fullbody.State(
+        position=(places @ turn.T + [5.0, 1.0, -2.0])[::order],
+        velocity=(speeds @ turn.T + [0.1, 0.2, 0.3])[::order],
+        spin=[turn @ [0, 0, rate]] * 2,
+    )
+    return fields.Synodic(fullbody.System(bodies[::order], G=G), state)
+
+
+def quintic(light):
+    """L1, L2 and L3 from the barycentre, in separations: roots of Euler's quintics (Murray & Dermott 1999, ch. 3)."""
+    m = light
+    polynomials = (
+        # The distance of L1 and L2 from the lighter body, of L3 from the heavier one.
+        [1, -(3 - m), 3 - 2 * m, -m, 2 * m, -m],
+        [1, 3 - m, 3 - 2 * m, -m, -2 * m, -m],
+        [1, 2 + m, 1 + 2 * m, -(1 - m), -2 * (1 - m), -(1 - m)],
+    )
+    found = [[r.real for r in np.roots(p) if abs(r.imag) < 1e-9 and r.real > 0] for p in polynomials]
+    (one,), (two,), (three,) = found
+    return 1 - m - one, 1 - m + two, -m - three
+
+
+TURN = matrix(np.array([0.5, 0.1, -0.7, 0.5]))
+
+
+@pytest.mark.parametrize(("light", "order"), [(0.01, 1), (0.3, -1), (0.5, 1), (1e-4, -1)])
+def test_two_balls_have_the_classical_points(light, order):
+    pair = circling(light, turn=TURN, order=order)
+    assert pair.rate == pytest.approx(np.sqrt(0.7 * 3.0 / 8.0), rel=1e-14)
+    points = {point.name: point for point in pair.equilibria()}
+    assert list(points) == ["L1", "L2", "L3", "L4", "L5"]
+    for name, x in zip(("L1", "L2", "L3"), quintic(light), strict=True):
+        assert points[name].position == pytest.approx([2.0 * x, 0.0, 0.0], abs=1e-11)
+        assert not points[name].stable
+    for name, sign in (("L4", 1.0), ("L5", -1.0)):
+        assert points[name].position == pytest.approx([1.0 - 2.0 * light, sign * np.sqrt(3.0), 0.0], abs=1e-11)
+        # lambda^4 + lambda^2 + 27/4 mu (1 - mu) = 0 in units of the rate, and the free motion along z.
+        planar = np.roots([1.0, 0.0, 1.0, 0.0, 6.75 * light * (1.0 - light)])
+        expected = np.sort_complex(np.concatenate([planar, [1j, -1j]]).round(9))
+        assert np.sort_complex((points[name].eigenvalues / pair.rate).round(9)) == pytest.approx(expected, abs=1e-8)
+    # Bodies of equal mass have no lighter one; here no two are.
+    place, speed = pair.to_inertial(points["L4"].position)
+    pull = pair.system.gravity(pair_state(pair), place).field
+    centre = pair.to_inertial([0.0, 0.0, 0.0])
+    assert pull == pytest.approx(-(pair.rate**2) * (place - centre[0]), rel=1e-12)
+    assert np.linalg.norm(speed - centre[1]) == pytest.approx(pair.rate * np.linalg.norm(place - centre[0]), rel=1e-14)
+
+
+def pair_state(pair):
+    """The state that the frame was made of, at rest."""
+    return fullbody.State(position=pair._poses[0][0], velocity=np.zeros((2, 3)), attitude=pair._poses[1][0])
+
+
+def test_stability_ends_at_rouths_mass():
+    """27 mu (1 - mu) = 1."""
+    critical = 0.5 * (1.0 - np.sqrt(23.0 / 27.0))
+    for light, stable in ((critical - 1e-5, True), (critical + 1e-5, False)):
+        points = {point.name: point.stable for point in circling(light).equilibria()}
+        assert (points["L4"], points["L5"]) == (stable, stable)
+
+
+def test_units():
+    system, state = fullbody.systems.kw4(units=True)
+    with pytest.warns(fullbody.InconsistentInput, match="Alpha turns in the rotating frame"):
+        with_units = fields.Synodic(system, state)
+    assert with_units.rate.unit == u.rad / u.hour
+    found = {point.name: point for point in with_units.equilibria()}
+    assert found["L4"].position.unit == u.km
+    assert found["L4"].jacobi.unit == u.km**2 / u.hour**2
+    again = with_units.jacobi(found["L4"].position)
+    assert again.to_value("m2/s2") == pytest.approx(found["L4"].jacobi.to_value("m2/s2"), rel=1e-14)
+    assert with_units.roche_lobe("Beta", rows=12).volume.unit == u.km**3
+
+
+def test_jacobis_constant_is_kept():
+    """Along the path of a light point in the inertial frame."""
+    pair = circling(0.2, turn=TURN)
+    place, speed = pair.to_inertial([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
+    dust = Body(PointMass(), mass=1e-25, name="dust")
+    system = fullbody.System([*pair.system.bodies, dust], G=pair.system.G)
+    begin = pair_state(pair)
+    centre = pair.to_inertial(pair.position)
+    state = fullbody.State(position=[*begin.position, place], velocity=[*centre[1], speed])
+    run = system.integrate(state, 3.0, output=1.0)
+    expected = pair.jacobi([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
+    for k in range(len(run)):
+        now = fields.Synodic(pair.system, fullbody.State(position=run.position[k, :2], velocity=run.velocity[k, :2]))
+        x = (run.position[k, 2] - now._origin) @ now._turn
+        v = (run.velocity[k, 2] - now._drift) @ now._turn - now.rate * np.cross([0, 0, 1.0], x)
+        assert now.jacobi(x, v) == pytest.approx(expected, rel=1e-11)
+
+
+def lobe_of_points(q):
+    """Volume radius of the Roche lobe of a mass q beside 1, in separations: halvings along rays, Gauss's rule in c."""
+    m = q / (1.0 + q)
+
+    def effective(x, y, z):
+        # The mass q at the origin, the other at x = 1.
+        heavy, light = np.sqrt(x * x + y * y + z * z), np.sqrt((x - 1.0) ** 2 + y * y + z * z)
+        return (1.0 - m) / light + m / heavy + 0.5 * ((x - (1.0 - m)) ** 2 + y * y)
+
+    inner = brentq(lambda x: m / x**2 - (1.0 - m) / (1.0 - x) ** 2 - (x - 1.0 + m), 1e-6, 1.0 - 1e-6, xtol=1e-15)
+    nodes, weights = np.polynomial.legendre.leggauss(100)
+    angle = 2.0 * np.pi * np.arange(64) / 64
+    c, angle = np.meshgrid(nodes, angle, indexing="ij")
+    ring = np.sqrt(1.0 - c * c)
+    low, high = np.zeros_like(c), np.full_like(c, inner)
+    for _ in range(60):
+        r = 0.5 * (low + high)
+        out = effective(r * c, r * ring * np.cos(angle), r * ring * np.sin(angle)) < effective(inner, 0.0, 0.0)
+        low, high = np.where(out, low, r), np.where(out, r, high)
+    volume = (weights[:, None] * high**3).sum() / 3.0 * 2.0 * np.pi / 64
+    return (3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0)
+
+
+@pytest.mark.parametrize(("q", "name"), [(0.05, "B"), (4.0, "A")])
+def test_roche_lobes(q, name):
+    """Eggleton's formula (1983, ApJ 268, 368) is good to one part in a hundred; an integral of another kind to more."""
+    pair = circling(min(q, 1.0) / (1.0 + q), separation=1.0, shape=PointMass())
+    lobe = pair.roche_lobe(name, rows=60)
+    eggleton = 0.49 * q ** (2 / 3) / (0.6 * q ** (2 / 3) + np.log(1.0 + q ** (1 / 3)))
+    assert lobe.radius == pytest.approx(eggleton, rel=0.01)
+    assert lobe.radius == pytest.approx(lobe_of_points(q), rel=5e-4)
+    levels = pair.jacobi(lobe.points[1:])
+    assert levels == pytest.approx(np.full(levels.shape, lobe.jacobi), rel=1e-9)
+
+
+def test_zero_velocity_curves():
+    """Of two points, by the formula; they close about the bodies above the level of L1 and join below."""
+    light, pair = 0.2, circling(0.2, separation=1.0, G=1.0 / 3.0, shape=PointMass())
+    levels = {point.name: point.jacobi for point in pair.equilibria()}
+    for level, pieces in ((levels["L1"] * 1.02, 3), (0.5 * (levels["L1"] + levels["L2"]), 2)):
+        curves = pair.zero_velocity(level, extent=2.5)
+        assert len(curves) == pieces
+        for curve in curves:
+            x, y = curve.T
+            potential = (1.0 - light) / np.hypot(x + light, y) + light / np.hypot(x - 1.0 + light, y)
+            assert 2.0 * potential + x * x + y * y == pytest.approx(np.full(len(curve), level), rel=2e-3)
+
+
+def test_pairs_that_are_none():
+    system, state = fullbody.systems.kw4()
+    with pytest.raises(InvalidInput, match="system has 1 bodies; expected 2"):
+        fields.Synodic(fullbody.System([Body(Sphere(1.0), mass=1.0)], G=1.0), state)
+    with pytest.raises(InvalidInput, match="move along a line"):
+        fields.Synodic(system, state.replace(velocity=np.zeros((2, 3))))
+    with pytest.warns(fullbody.InconsistentInput, match="not on a circular orbit .* Alpha turns in the rotating frame"):
+        fields.Synodic(system, state.replace(velocity=1.2 * state.velocity))
+
+
+def test_pictures():
+    """Each has its labels with units, and shows what it is given."""
+    system, state = fullbody.systems.kw4(units=True)
+    field = fields.surface(system, state, "Beta", rows=8)
+    ax = plots.surface_map(field)
+    assert (ax.get_xlabel(), ax.get_title()) == ("longitude [deg]", "Beta")
+    shown = ax.collections[0].get_array()
+    assert np.asarray(shown[:128]) == pytest.approx(np.degrees(field.slope.value))
+    corners = np.concatenate([path.vertices for path in ax.collections[0].get_paths()])
+    assert np.abs(corners[:, 1]).max() == pytest.approx(90.0)
+    assert ax.figure.axes[1].get_ylabel() == "slope [deg]"
+    scene = plots.surface_scene(field, "geopotential")
+    assert scene.figure.axes[1].get_ylabel() == "geopotential [km² h⁻²]"
+    with pytest.raises(InvalidInput, match="quantity is 'colour'; expected one of 'slope', 'geopotential'"):
+        plots.surface_map(field, "colour")
+    pair = circling(0.1)
+    ax = plots.zero_velocity(pair)
+    assert {text.get_text() for text in ax.texts} == {"L1", "L2", "L3", "L4", "L5"}
+    assert len(plots.roche_lobes(pair, rows=8).collections) == 4
+    matplotlib.pyplot.close("all")

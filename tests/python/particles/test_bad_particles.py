@@ -1,0 +1,124 @@
+"""Particles and options that mean nothing are refused, by the particle's place."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.errors import InvalidInput
+from fullbody.particles import Bounce, Escape, Particles, Radiation, Shadow
+
+
+@pytest.fixture(scope="module")
+def run():
+    system, state = fullbody.systems.kw4()
+    return system.integrate(state, 3.0, dense=True)
+
+
+ONE = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity", "ratio", "says"),
+    [
+        ([3.0, 0.0, 0.0], [0.0, 0.8, 0.0], 0.0, "position of particles has shape"),
+        ([[3.0, 0.0]], [[0.0, 0.8]], 0.0, "position of particles has shape"),
+        ([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]] * 2, 0.0, "velocity of particles has shape"),
+        ([[3.0, 0.0, 0.0], [np.nan, 0.0, 0.0]], [[0.0, 0.8, 0.0]] * 2, 0.0, "position of particle 1"),
+        ([[3.0, 0.0, 0.0]] * 2, [[0.0, 0.8, 0.0], [0.0, np.inf, 0.0]], 0.0, "velocity of particle 1"),
+        ([[3.0, 0.0, 0.0]] * 2, [[0.0, 0.8, 0.0]] * 2, [0.0, -1.0], "area_to_mass of particle 1"),
+        ([[3.0, 0.0, 0.0]] * 2, [[0.0, 0.8, 0.0]] * 2, [0.0] * 3, "area_to_mass has shape"),
+        (np.zeros((0, 3)), np.zeros((0, 3)), 0.0, "no rows"),
+        ("three", [[0.0, 0.8, 0.0]], 0.0, "position"),
+    ],
+)
+def test_particles_that_are_none(position, velocity, ratio, says):
+    with pytest.raises(InvalidInput, match=says):
+        Particles(position, velocity, ratio)
+
+
+def test_a_particle_inside_a_body(run):
+    inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + np.array([0.05, 0.0, 0.0])], [[0.0, 0.8, 0.0]] * 2)
+    with pytest.raises(InvalidInput, match="particle 1 is inside Beta"):
+        run.fly(inside)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"until": 4.0}, "until is 4"),
+        ({"until": np.nan}, "until"),
+        ({"start": -1.0}, "time of the particles"),
+        ({"output": [0.0, 9.0]}, "output"),
+        ({"contact": "bounce"}, "contact is"),
+        ({"escape": 20.0}, "escape is"),
+        ({"radiation": Radiation("Sun", strength=1.0, radius=1.0)}, "by of Radiation is 'Sun'"),
+        ({"events": [Shadow()]}, "Shadow"),
+        ({"events": ["shadow"]}, "events"),
+        ({"threads": 0}, "threads"),
+        ({"integrator": fullbody.SymplecticSplitting(step=0.1)}, "integrator"),
+        ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest=1.0)}, "backwards"),
+        ({"untl": 2.0}, "did you mean 'until'"),
+    ],
+)
+def test_options_that_mean_nothing(run, options, says):
+    with pytest.raises(InvalidInput, match=says):
+        run.fly(ONE, **options)
+
+
+def test_a_run_without_its_solution():
+    system, state = fullbody.systems.kw4()
+    with pytest.raises(InvalidInput, match="dense=True"):
+        system.integrate(state, 1.0).fly(ONE)
+
+
+def test_units():
+    system, state = fullbody.systems.kw4(units=True)
+    with pytest.raises(InvalidInput, match="velocity has the unit"):
+        system.fly(state, Particles(["3 km", "0 km", "0 km"] and [[3.0, 0.0, 0.0]], [["1 kg"] * 3]), 1.0)
+    plain = system.fly(state, ONE, 1.0, "ends")
+    metres = Particles([["3000 m", "0 m", "0 m"]], [["0 m/s", "0.8 km/h", "0 m/s"]])
+    assert (system.fly(state, metres, "1 hour", "ends").position - plain.position).to_value("km") == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Bounce(normal=1.5, rest=1.0),
+        lambda: Bounce(normal=0.5, tangential=-0.1, rest=1.0),
+        lambda: Bounce(normal=0.5, rest=0.0),
+        lambda: Escape(-1.0),
+        lambda: Shadow(1.0),
+        lambda: fullbody.particles.Function(3),
+        lambda: Particles.from_surface(*fullbody.systems.kw4(), "Beta", longitude=0.0, latitude=2.0, speed=1.0),
+        lambda: Particles.ejecta(*fullbody.systems.kw4(), 0, longitude=0, latitude=0, speed=1.0, number=0),
+    ],
+)
+def test_rules_that_mean_nothing(make):
+    with pytest.raises(InvalidInput):
+        make()
+
+
+def test_a_function_of_the_bodies_is_left_out_loudly():
+    system, state = fullbody.systems.kw4()
+    nothing = fullbody.forces.Function(lambda *_: (np.zeros((2, 3)), np.zeros((2, 3))), name="mine")
+    with pytest.warns(fullbody.InconsistentInput, match="mine is a function"):
+        system.with_forces([nothing]).fly(state, ONE, 0.1)
+
+
+def test_what_a_function_of_a_particle_raises():
+    system, state = fullbody.systems.kw4()
+
+    def fails(time, x, v):
+        raise LookupError("mine")
+
+    with pytest.raises(LookupError, match="mine") as caught:
+        system.fly(state, ONE, 1.0, events=[fullbody.particles.Function(fails)])
+    assert len(caught.value.flight) == 1
+
+
+def test_ctrl_c_gives_back_what_there_is(run):
+    def stop(start, time, end):
+        raise KeyboardInterrupt
+
+    with pytest.raises(fullbody.Interrupted) as caught:
+        run.fly(ONE, output="ends", progress=stop)
+    assert caught.value.flight.position.shape == (2, 1, 3)

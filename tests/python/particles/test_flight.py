@@ -1,0 +1,229 @@
+"""Particles among moving bodies against conserved quantities, linear theory, bodies of tiny mass, and rebound."""
+
+import fullbody
+import numpy as np
+import pytest
+
+TURN = 2.0 * np.pi
+
+
+def circular(mu, radii=(0.05, 0.02)):
+    """Two spheres of masses 1 - mu and mu on a circle of radius one, G = 1: the angular velocity is one."""
+    bodies = [
+        fullbody.Body(fullbody.Sphere(radius), mass=mass, name=name)
+        for radius, mass, name in zip(radii, (1.0 - mu, mu), "AB", strict=True)
+    ]
+    state = fullbody.State(
+        position=[[-mu, 0.0, 0.0], [1.0 - mu, 0.0, 0.0]],
+        velocity=[[0.0, -mu, 0.0], [0.0, 1.0 - mu, 0.0]],
+        attitude=[[1.0, 0.0, 0.0, 0.0]] * 2,
+        spin=[[0.0, 0.0, 1.0]] * 2,
+    )
+    return fullbody.System(bodies, G=1.0), state
+
+
+def jacobi(mu, bodies, x, v):
+    """Twice the constant, without its sign: energy less angular momentum, both in inertial axes."""
+    first, second = (np.linalg.norm(x - bodies.position[k], axis=-1) for k in (0, 1))
+    potential = (1.0 - mu) / first + mu / second
+    return 0.5 * (v**2).sum(-1) - potential - (x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0])
+
+
+@pytest.fixture(scope="module")
+def hundred():
+    """A hundred revolutions of two spheres, kept as a function of time."""
+    system, state = circular(0.01)
+    return system.integrate(state, 100.0 * TURN, [], fullbody.Verner98.to_roundoff(), dense=True)
+
+
+def test_jacobis_constant_over_a_hundred_orbits(hundred):
+    x = np.array([[0.5, 0.0, 0.05], [0.0, -0.4, 0.0], [1.6, 0.3, 0.2], [-2.0, 0.0, 0.0]])
+    r = np.linalg.norm(x, axis=1)[:, None]
+    v = np.cross([0.0, 0.0, 1.0], x) / r * np.sqrt(1.0 / r)
+    flight = hundred.fly(fullbody.Particles(x, v), output="ends", integrator=fullbody.Verner98(rtol=1e-14, atol=1e-14))
+    first = jacobi(0.01, hundred(0.0), x, v)
+    last = jacobi(0.01, hundred(100.0 * TURN), flight.position[-1], flight.velocity[-1])
+    assert set(flight.fate) == {"flying"}
+    assert np.abs(last / first - 1.0).max() < 1e-12
+
+
+def test_frequencies_about_l4(hundred):
+    mu = 0.01
+    # lambda^4 + lambda^2 + 27/4 mu (1 - mu) = 0: the two frequencies of small motions about L4.
+    root = np.sqrt(1.0 - 27.0 * mu * (1.0 - mu))
+    expected = np.sqrt([(1.0 - root) / 2.0, (1.0 + root) / 2.0])
+    point = np.array([0.5 - mu, np.sqrt(0.75), 0.0])
+    x = point + np.array([[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0]])
+    v = np.cross([0.0, 0.0, 1.0], x)
+    times = np.linspace(0.0, 100.0 * TURN, 4001)
+    flight = hundred.fly(fullbody.Particles(x, v), output=times)
+    # In the turning frame, about L4.
+    c, s = np.cos(times), np.sin(times)
+    turned = np.stack([c * flight.position[:, 0, 0].T + s * flight.position[:, 0, 1].T], axis=1)[:, 0] - point[0]
+    # Four terms of a linear recurrence have the frequencies as the arguments of its roots (Prony's method).
+    step = 8
+    signal = turned[::step]
+    rows = np.stack([signal[k : len(signal) - 4 + k] for k in range(5)], axis=1)
+    middle = rows[:, 1] + rows[:, 3]
+    # x_0 + x_4 + p (x_1 + x_3) + q x_2 = 0, since the roots are on the circle.
+    p, q = np.linalg.lstsq(np.stack([middle, rows[:, 2]], axis=1), -(rows[:, 0] + rows[:, 4]), rcond=None)[0]
+    cosines = np.roots([4.0, 2.0 * p, q - 2.0]).real
+    found = np.sort(np.arccos(cosines)) / (times[step] - times[0])
+    assert found == pytest.approx(expected, rel=2e-5)
+
+
+def kw4():
+    return fullbody.systems.kw4()
+
+
+def test_a_particle_flies_as_a_body_of_next_to_no_mass():
+    system, state = kw4()
+    x, v = np.array([[4.0, 1.0, 0.4], [-1.4, 0.2, 0.0]]), np.array([[-0.2, 0.6, 0.1], [-0.2, -1.2, 0.1]])
+    tiny = [fullbody.Body(fullbody.PointMass(), mass=1e-18, name=name) for name in "PQ"]
+    many = fullbody.System([*system.bodies, *tiny], G=system.G)
+    still = np.array([[1.0, 0.0, 0.0, 0.0]] * 2)
+    with_tiny = fullbody.State(
+        position=[*state.position, *x],
+        velocity=[*state.velocity, *v],
+        attitude=[*state.attitude, *still],
+        spin=[*state.spin, *np.zeros((2, 3))],
+    )
+    expected = many.integrate(with_tiny, 24.0, "ends")
+    flight = system.fly(state, fullbody.Particles(x, v), 24.0, "ends")
+    assert np.abs(flight.position[-1] - expected.position[-1, 2:]).max() < 1e-10
+    assert np.abs(flight.velocity[-1] - expected.velocity[-1, 2:]).max() < 1e-10
+
+
+def test_particles_of_rebound():
+    rebound = pytest.importorskip("rebound")
+    masses, x = [1.0, 0.3], [[-0.6, 0.0, 0.0], [2.0, 0.0, 0.1]]
+    v = [[0.0, -0.15, 0.0], [0.0, 0.5, 0.0]]
+    probe, speed = [0.0, 4.0, 0.5], [-0.5, 0.1, 0.0]
+    sim = rebound.Simulation()
+    for mass, place, velocity in zip([*masses, 0.0], [*x, probe], [*v, speed], strict=True):
+        names = dict(zip(("x", "y", "z", "vx", "vy", "vz"), [*place, *velocity], strict=True))
+        sim.add(m=mass, **names)
+    sim.N_active = 2
+    sim.integrate(20.0)
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in masses]
+    state = fullbody.State(position=x, velocity=v, attitude=[[1, 0, 0, 0]] * 2, spin=np.zeros((2, 3)))
+    flight = fullbody.System(bodies, G=1.0).fly(state, fullbody.Particles([probe], [speed]), 20.0, "ends")
+    assert np.abs(flight.position[-1, 0] - sim.particles[2].xyz).max() < 1e-10
+
+
+def cloud(number, seed=0):
+    system, state = kw4()
+    random = np.random.default_rng(seed)
+    x = random.normal(size=(number, 3))
+    x *= random.uniform(1.2, 6.0, number)[:, None] / np.linalg.norm(x, axis=1)[:, None]
+    return system, state, x, np.cross([0.0, 0.0, 1.0], x) / np.linalg.norm(x, axis=1)[:, None] * 0.9
+
+
+def test_results_depend_neither_on_threads_nor_on_neighbours():
+    system, state, x, v = cloud(100)
+    run = system.integrate(state, 24.0, dense=True)
+    flights = [run.fly(fullbody.Particles(x, v), output=6.0, threads=threads) for threads in (1, 2, 3)]
+    assert flights[0] == flights[1] == flights[2]
+    assert system.fly(state, fullbody.Particles(x, v), 24.0, 6.0) == flights[0]
+    few = run.fly(fullbody.Particles(x[40:43], v[40:43]), output=6.0)
+    np.testing.assert_array_equal(few.position, flights[0].position[:, 40:43])
+
+
+def test_there_and_back():
+    system, state, x, v = cloud(20)
+    run = system.integrate(state, 24.0, dense=True)
+    there = run.fly(fullbody.Particles(x, v), output="ends")
+    fly = there.fate == "flying"
+    assert fly.sum() > 5
+    last = fullbody.Particles(there.last_position[fly], there.last_velocity[fly])
+    back = run.fly(last, 0.0, "ends", start=24.0)
+    assert np.abs(back.position[-1] - x[fly]).max() < 1e-8
+    # The same along a run that itself goes backwards.
+    end = run[-1]
+    reverse = system.integrate(end, 0.0, dense=True).fly(last, output="ends")
+    assert np.abs(reverse.position[-1] - x[fly]).max() < 1e-8
+
+
+def test_third_bodies_move_particles_as_they_move_bodies():
+    system, state, x, v = cloud(3)
+    orbit = fullbody.KeplerElements(a=95.7e6, e=0.69, i=0.68, Omega=4.29, omega=3.37, M=0.0)
+    sun = fullbody.forces.ThirdBody(mass=1.98841e30, orbit=orbit, of="system", name="Sun")
+    tiny = fullbody.Body(fullbody.PointMass(), mass=1e-18, name="P")
+    three = fullbody.System([*system.bodies, tiny], G=system.G, forces=[sun])
+    x, v = np.array([[9.0, 3.0, 2.0]]), np.array([[0.0, 0.5, 0.1]])
+    start = fullbody.State(
+        position=[*state.position, *x],
+        velocity=[*state.velocity, *v],
+        attitude=[*state.attitude, [1.0, 0.0, 0.0, 0.0]],
+        spin=[*state.spin, np.zeros(3)],
+    )
+    expected = three.integrate(start, 200.0, "ends").position[-1, 2]
+    particles = fullbody.Particles(x, v)
+    found = system.with_forces([sun]).fly(state, particles, 200.0, "ends").position[-1, 0]
+    without = system.fly(state, particles, 200.0, "ends").position[-1, 0]
+    assert np.abs(found - expected).max() < 1e-9 < 1e-4 < np.abs(without - expected).max()
+
+
+def test_composites_and_polyhedra_pull_particles():
+    ellipsoid = fullbody.Ellipsoid(1.0, 0.8, 0.6)
+    parts = [fullbody.Part(ellipsoid, mass=0.5, position=(x, 0.0, 0.0)) for x in (-1.2, 1.2)]
+    cube = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.5
+    faces = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+    ]
+    faces += [[1, 5, 7], [1, 7, 3]]
+    bodies = [
+        fullbody.Body(fullbody.Composite(parts), name="A"),
+        fullbody.Body(fullbody.Polyhedron(cube, faces), mass=0.4, name="B"),
+    ]
+    tiny = fullbody.Body(fullbody.PointMass(), mass=1e-12, name="P")
+    x, v = [[-1.0, 0.0, 0.0], [5.0, 0.0, 0.0], [1.0, 3.5, 0.0]], [[0.0, -0.1, 0.0], [0.0, 0.3, 0.0], [-0.5, 0.0, 0.1]]
+    spin = [[0.1, 0.0, 0.3], [0.0, 0.2, 0.1], [0.0, 0.0, 0.0]]
+
+    def state(count):
+        return fullbody.State(
+            position=x[:count], velocity=v[:count], attitude=[[1, 0, 0, 0]] * count, spin=spin[:count]
+        )
+
+    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(3), 5.0, "ends").position[-1, 2]
+    flight = fullbody.System(bodies, G=1.0).fly(state(2), fullbody.Particles(x[2:], v[2:]), 5.0, "ends")
+    assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10
+
+
+def test_instructions_and_charts_change_round_off_alone():
+    system, state, x, v = cloud(40)
+    particles = fullbody.Particles(x, v)
+    expected = system.fly(state, particles, 6.0, "ends")
+    others = [{"vector_path": path} for path in fullbody.vector_paths()] + [{"attitude_chart": "tait_bryan"}]
+    for options in others:
+        found = system.with_options(**options).fly(state, particles, 6.0, "ends")
+        assert found.fate.tolist() == expected.fate.tolist()
+        np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-9)
+
+
+def test_among_many_bodies():
+    angles = np.arange(5) * TURN / 5.0
+    x = np.stack([10.0 * np.cos(angles), 10.0 * np.sin(angles), 0.3 * angles], axis=1)
+    v = np.cross([0.0, 0.0, 0.04], x)
+    axes = [fullbody.Ellipsoid(1.0 + 0.1 * k, 0.9, 0.5 + 0.1 * k) for k in range(5)]
+    bodies = [fullbody.Body(shape, mass=0.5 + 0.2 * k, name=f"B{k}") for k, shape in enumerate(axes)]
+    probe, speed = np.array([3.0, 2.0, 1.0]), np.array([0.1, 0.0, 0.2])
+    tiny = fullbody.Body(fullbody.PointMass(), mass=1e-13, name="P")
+
+    def state(count):
+        still = [[1.0, 0.0, 0.0, 0.0]] * count
+        spin = [[0.1, 0.2, 0.3]] * 5 + [[0.0, 0.0, 0.0]]
+        return fullbody.State([*x, probe][:count], [*v, speed][:count], still, spin[:count])
+
+    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(6), 10.0, "ends").position[-1, 5]
+    flight = fullbody.System(bodies, G=1.0).fly(state(5), fullbody.Particles([probe], [speed]), 10.0, "ends")
+    assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10

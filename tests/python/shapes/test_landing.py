@@ -1,0 +1,141 @@
+"""Polyhedra that are about to touch something, and land on it."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Body, Ellipsoid, State
+from meshes import box, close, focal_points, octahedron, with_more_faces
+
+AXES = (0.5, 0.4, 0.2)
+Q = np.array([0.9, 0.3, 0.2, -0.1]) / np.linalg.norm([0.9, 0.3, 0.2, -0.1])
+UNTURNED = [1.0, 0.0, 0.0, 0.0]
+CONTACT = fullbody.events.Contact("A", "B", terminal=True)
+
+
+def system(first, second, tolerance):
+    bodies = [Body(first, mass=1.0, name="A"), Body(second, mass=0.3, name="B")]
+    return fullbody.System(bodies, G=1.0, gravity_tolerance=tolerance)
+
+
+def beside(place, attitude=Q):
+    return State([[0.0] * 3, place], np.zeros((2, 3)), attitude=[UNTURNED, attitude], spin=np.zeros((2, 3)))
+
+
+def support(axes, attitude, n):
+    """How far an ellipsoid reaches from its centre along a direction of the inertial frame."""
+    turn = beside([9.0, 0.0, 0.0], attitude).rotation_matrix[1]
+    return np.linalg.norm(np.array(axes) * (turn.T @ n))
+
+
+@pytest.mark.parametrize("normal", [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]], ids=["face", "edge", "corner"])
+@pytest.mark.parametrize("axes", [AXES, (0.5, 0.45, 0.12)], ids=["egg", "disc"])
+def test_an_ellipsoid_right_above_a_polyhedron(normal, axes):
+    """Integrals over the faces, against the polyhedron's field over the focal ellipse, which no face comes near to."""
+    n = np.array(normal) / np.linalg.norm(normal)
+    cube = Body(box(2.0, 2.0, 2.0), mass=1.0, name="A")
+    points, weights = focal_points(*axes, n=80, m=320)
+    for gap in (0.1, 1e-3, 1e-9):
+        # The point of the ellipsoid that is nearest lies above the middle of the face, of the edge, or the corner.
+        turn = beside([9.0, 0.0, 0.0]).rotation_matrix[1]
+        nearest = turn @ (np.array(axes) ** 2 * (turn.T @ n)) / support(axes, Q, n)
+        state = beside(np.sign(normal) + n * gap + nearest)
+        arms = points @ turn.T
+        place = state.position[1] + arms
+        attraction = cube.gravity(place, G=1.0)
+        field, potential = attraction.field, attraction.potential
+        force, torque = 0.3 * weights @ field, 0.3 * weights @ np.cross(arms, field) @ turn
+        back = -0.3 * weights @ np.cross(place, field)
+        found = system(cube.shape, Ellipsoid(*axes), 1e-13).interactions(state)
+        size = np.abs(force).max()
+        close(found.force, [-force, force], 3e-14)
+        close(found.torque, [back, torque], 3e-14, scale=size)
+        close(found.potential_energy, -0.3 * weights @ potential, 3e-14)
+
+
+@pytest.mark.parametrize("gap", [0.1, 1e-3, 1e-9])
+@pytest.mark.parametrize("meeting", ["corners", "corner and face", "edges"])
+def test_two_polyhedra_about_to_touch(meeting, gap):
+    """The sum goes over the body with fewer faces: other points and another field give the same."""
+    one, other = octahedron(1.0, 1.0, 1.0), octahedron(0.5, 0.5, 0.5)
+    diagonal = np.ones(3) / 3**0.5
+    # A turn of a corner of the second one towards the first.
+    half = 0.5 * np.arccos(-diagonal[0])
+    towards = [np.cos(half), *np.sin(half) * np.cross([1.0, 0.0, 0.0], -diagonal) / np.sin(2.0 * half)]
+    if meeting == "corners":
+        state = beside([1.5 + gap, 0.0, 0.0], UNTURNED)
+    elif meeting == "corner and face":
+        state = beside((3**-0.5 + 0.5 + gap) * diagonal, towards)
+    else:
+        # Edges at right angles: the second one is turned by a right angle about the line of the centres.
+        across = np.array([1.0, 1.0, 0.0]) / 2**0.5
+        state = beside((0.5**0.5 * 1.5 + gap) * across, [0.5**0.5, *0.5**0.5 * across])
+    found = system(one, with_more_faces(other), 1e-11).interactions(state)
+    again = system(with_more_faces(one), other, 1e-11).interactions(state)
+    size = np.abs(again.force).max()
+    close(found.force, again.force, 2e-11)
+    close(found.torque, again.torque, 2e-11, scale=size)
+    close(found.potential_energy, again.potential_energy, 2e-11)
+
+
+def test_cubes_face_to_face():
+    """The force between touching cubes, a sum of logarithms and arc tangents known to many digits (Trefethen 2005)."""
+    cube, gap = box(1.0, 1.0, 1.0), 1e-9
+    found = system(cube, cube, 1e-7).interactions(beside([1.0 + gap, 0.0, 0.0], UNTURNED))
+    close(found.force[0], np.array([0.3 * 0.92598126055729142809, 0.0, 0.0]), 1e-7)
+
+
+def test_a_fall_along_a_line_ends_when_it_should():
+    """The time of a fall is an integral over the energy, which is one over the focal ellipse."""
+    cube = Body(box(2.0, 2.0, 2.0), mass=1.0, name="A")
+    points, weights = focal_points(*AXES, n=30, m=120)
+
+    def potential(x):
+        return -0.3 * weights @ cube.gravity(points + np.array([x, 0.0, 0.0]), G=1.0).potential
+
+    start, speed, reduced = 2.4, 0.1, 0.3 / 1.3
+    # Gauss's rule between the start and the contact.
+    t, w = np.polynomial.legendre.leggauss(40)
+    end = 1.0 + AXES[0]
+    places = 0.5 * (start + end) + 0.5 * (start - end) * t
+    energy = potential(start) + 0.5 * reduced * speed**2
+    time = 0.5 * (start - end) * w @ [1.0 / np.sqrt(2.0 * (energy - potential(x)) / reduced) for x in places]
+    state = State(
+        [[0.0] * 3, [start, 0.0, 0.0]], [[0.0] * 3, [-speed, 0.0, 0.0]], attitude=[UNTURNED] * 2, spin=np.zeros((2, 3))
+    )
+    run = system(cube.shape, Ellipsoid(*AXES), 1e-13).integrate(state, 10.0, events=[CONTACT])
+    assert [event.event for event in run.events] == [CONTACT]
+    assert run.events[0].time == pytest.approx(time, rel=1e-11)
+    assert run.position[-1, 1, 0] - run.position[-1, 0, 0] == pytest.approx(end, rel=1e-12)
+
+
+def landing(first, second, tolerance, **options):
+    state = State(
+        [[0.0] * 3, [2.2, 0.2, 0.1]],
+        [[0.0] * 3, [-0.1, 0.05, 0.0]],
+        attitude=[UNTURNED, Q],
+        spin=[[0.0, 0.0, 0.2], [0.3, -0.2, 0.1]],
+    )
+    run = system(first, second, tolerance).integrate(state, 20.0, events=[CONTACT], **options)
+    assert [event.event for event in run.events] == [CONTACT]
+    return run
+
+
+@pytest.mark.parametrize("axes", [AXES, (0.5, 0.45, 0.06)])
+def test_a_tumbling_ellipsoid_lands(axes):
+    run = landing(box(2.0, 2.0, 2.0), Ellipsoid(*axes), 1e-12)
+    close(run.energy, run.energy[0], 2e-12)
+    close(run.angular_momentum, run.angular_momentum[0], 1e-12, scale=np.abs(run.angular_momentum).max())
+    turns, (first, second) = run[-1].rotation_matrix, run.position[-1]
+    # It touches a face's plane, above the face.
+    reach = [np.linalg.norm(np.array(axes) * (turns[1].T @ n)) for n in turns[0].T]
+    place = turns[0].T @ (second - first)
+    k = np.argmax(np.abs(place))
+    assert abs(place[k]) - reach[k] == pytest.approx(1.0, abs=1e-11)
+    assert np.abs(np.delete(place, k)).max() < 1.0
+
+
+def test_a_tumbling_polyhedron_lands():
+    quick = fullbody.Verner98(rtol=1e-8, atol=1e-8)
+    run = landing(octahedron(1.0, 0.8, 0.6), octahedron(0.5, 0.4, 0.3), 1e-7, integrator=quick)
+    close(run.energy, run.energy[0], 1e-7)
+    close(run.angular_momentum, run.angular_momentum[0], 1e-7, scale=np.abs(run.angular_momentum).max())
