@@ -232,7 +232,7 @@ impl FieldKernel for Far<'_> {
     }
 
     #[inline(always)]
-    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+    fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let u = (eta + eta.constant(1.0)) * inverse;
         let fifth = u * u * u.sqrt();

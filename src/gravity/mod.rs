@@ -57,9 +57,12 @@ impl<S: Simd, const N: usize> PointField<S, N> {
     #[inline(always)]
     pub fn bend(&self, x: [Lanes<S, N>; 3]) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
         let [s1, s2, s3] = self.squares;
-        let one = s1.constant(1.0);
-        let n = [x[0] * (one / s1), x[1] * (one / s2), x[2] * (one / s3)];
-        (n, s1.constant(3.0) / ((s1 * s2 * s3).sqrt() * dot(n, n)))
+        // One division serves three reciprocals.
+        let product = s1 * s2;
+        let inverse = s1.constant(1.0) / (product * s3);
+        let last = inverse * s3;
+        let n = [x[0] * (last * s2), x[1] * (last * s1), x[2] * (inverse * product)];
+        (n, s1.constant(3.0) * inverse * (product * s3).sqrt() / dot(n, n))
     }
 
     /// dg/dx at a point outside: xx, xy, xz, yy, yz, zz.
@@ -70,17 +73,17 @@ impl<S: Simd, const N: usize> PointField<S, N> {
     }
 }
 
-impl<S: Simd> PointField<S> {
+impl<S: Simd, const N: usize> PointField<S, N> {
     /// The rows of the derivative of -x cross g, with n and f of [`Self::bend`] and [`FieldKernel::square_differences`]: with Q_i the
     /// differences of the R_i, -(x cross g)_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f (a_3^2 - a_2^2) n_j / (s_2 s_3), free of cancellation
     /// from any distance.
     #[inline(always)]
     pub fn turning(
         &self,
-        x: [Lanes<S>; 3],
-        (n, f): ([Lanes<S>; 3], Lanes<S>),
+        x: [Lanes<S, N>; 3],
+        (n, f): ([Lanes<S, N>; 3], Lanes<S, N>),
         differences: [f64; 3],
-    ) -> [[Lanes<S>; 3]; 3] {
+    ) -> [[Lanes<S, N>; 3]; 3] {
         let mut rows = [x; 3];
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -111,7 +114,7 @@ pub trait FieldKernel: Copy {
 
     /// The field, and `[R_23, R_31, R_12]` with (a_i^2 - a_j^2) R_ij = R_j - R_i, for equal axes too: the integrals
     /// (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2)(t+a_j^2)) from kappa on.
-    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]);
+    fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]);
 
     /// `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
     fn square_differences(&self) -> [f64; 3];

@@ -124,7 +124,7 @@ impl FieldKernel for Near {
 
     /// By the derivatives of the integrals in their arguments: R_12 = -2 dR_1/ds_2.
     #[inline(always)]
-    fn second<S: Simd>(&self, x: [Lanes<S>; 3]) -> (PointField<S>, [Lanes<S>; 3]) {
+    fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
         let field = self.field(x);
         // What the series leaves out falls more slowly in its derivatives.
         let [first, second, _] = rd_triple(Dual::variables(field.squares), self.duplications + 1);

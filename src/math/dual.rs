@@ -35,17 +35,17 @@ impl<S: Simd, const N: usize> Number for Lanes<S, N> {
 
 /// A number and its derivatives.
 #[derive(Clone, Copy)]
-pub struct Dual<S: Simd> {
+pub struct Dual<S: Simd, const N: usize> {
     /// The number.
-    pub value: Lanes<S>,
+    pub value: Lanes<S, N>,
     /// Its derivatives.
-    pub by: [Lanes<S>; 3],
+    pub by: [Lanes<S, N>; 3],
 }
 
-impl<S: Simd> Dual<S> {
+impl<S: Simd, const N: usize> Dual<S, N> {
     /// The three variables themselves.
     #[inline(always)]
-    pub fn variables(values: [Lanes<S>; 3]) -> [Self; 3] {
+    pub fn variables(values: [Lanes<S, N>; 3]) -> [Self; 3] {
         let (zero, one) = (values[0].constant(0.0), values[0].constant(1.0));
         let mut all = [Self { value: zero, by: [zero; 3] }; 3];
         for k in 0..3 {
@@ -57,7 +57,7 @@ impl<S: Simd> Dual<S> {
 
     /// A number whose derivatives are these, and those of another one, times factors.
     #[inline(always)]
-    fn chain(value: Lanes<S>, a: Self, by_a: Lanes<S>, b: Self, by_b: Lanes<S>) -> Self {
+    fn chain(value: Lanes<S, N>, a: Self, by_a: Lanes<S, N>, b: Self, by_b: Lanes<S, N>) -> Self {
         let mut by = a.by;
         for k in 0..3 {
             by[k] = a.by[k].mul_add(by_a, b.by[k] * by_b);
@@ -66,7 +66,7 @@ impl<S: Simd> Dual<S> {
     }
 }
 
-impl<S: Simd> Number for Dual<S> {
+impl<S: Simd, const N: usize> Number for Dual<S, N> {
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
         let zero = self.value.constant(0.0);
@@ -86,7 +86,7 @@ impl<S: Simd> Number for Dual<S> {
     }
 }
 
-impl<S: Simd> Add for Dual<S> {
+impl<S: Simd, const N: usize> Add for Dual<S, N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -95,7 +95,7 @@ impl<S: Simd> Add for Dual<S> {
     }
 }
 
-impl<S: Simd> Sub for Dual<S> {
+impl<S: Simd, const N: usize> Sub for Dual<S, N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -104,7 +104,7 @@ impl<S: Simd> Sub for Dual<S> {
     }
 }
 
-impl<S: Simd> Mul for Dual<S> {
+impl<S: Simd, const N: usize> Mul for Dual<S, N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -112,7 +112,7 @@ impl<S: Simd> Mul for Dual<S> {
     }
 }
 
-impl<S: Simd> Div for Dual<S> {
+impl<S: Simd, const N: usize> Div for Dual<S, N> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {

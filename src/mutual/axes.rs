@@ -14,6 +14,7 @@
 //!
 //! The field body's torque follows from M + N + o x F = 0.
 
+use super::gradient::ABREAST;
 use super::jacobian::in_bodies;
 use super::means::Place;
 use super::rule::Kernel;
@@ -137,76 +138,18 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Sums {
-        let [u, v, w] = &self.nodes.points;
-        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let place = Place::new(simd, &self.origin, &self.arms);
         let zero = Total::zero(simd);
-        let (mut thirds, mut gradients, mut axes, mut whole) =
-            ([[zero; 7]; 3], [zero; 5], [[zero; 9]; 3], zero);
-        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
-            let x = place.of([u, v, w]);
-            let c = |value: f64| weight.constant(value);
-            let (field, second) = self.kernel.second(x);
-            let (n, f) = field.bend(x);
-            let [s1, s2, s3] = field.squares;
-            let inverse = [c(1.0) / s1, c(1.0) / s2, c(1.0) / s3];
-            let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
-            let level = square[0] + square[1] + square[2];
-            let bent = square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
-            let per_level = c(2.0) / level;
-            let common = bent.mul_add(per_level, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
-            // T_ijk = f (delta_ij n_k / s_i + ...) + 2 f n_i n_j n_k (common - 1/s_i - 1/s_j - 1/s_k) / S.
-            let [i1, i2, i3] = inverse;
-            let [n1, n2, n3] = n;
-            let high = f * per_level;
-            let (h11, h12, h22) = (high * square[0], high * n1 * n2, high * square[1]);
-            let from = common - i1 - i2;
-            let third = [
-                f * n1 * c(3.0) * i1 + h11 * n1 * (common - i1 - i1 - i1),
-                f * n2 * i1 + h11 * n2 * (from - i1),
-                f * n3 * i1 + h11 * n3 * (common - i1 - i1 - i3),
-                f * n1 * i2 + h12 * n2 * (from - i2),
-                h12 * n3 * (from - i3),
-                f * n2 * c(3.0) * i2 + h22 * n2 * (common - i2 - i2 - i2),
-                f * n3 * i2 + h22 * n3 * (common - i2 - i2 - i3),
-            ];
-            let fn_ = [f * n[0], f * n[1], f * n[2]];
-            let gradient = [
-                fn_[0] * n[0] - field.rd[0],
-                fn_[1] * n[1] - field.rd[1],
-                fn_[0] * n[1],
-                fn_[0] * n[2],
-                fn_[1] * n[2],
-            ];
-            let density = weight * (c(1.0) - u * u - v * v);
-            whole.add(density);
-            let shares = [density, density * u, density * v];
-            for m in 0..3 {
-                for k in 0..7 {
-                    thirds[m][k].add_product(shares[m], third[k]);
-                }
-            }
-            for k in 0..5 {
-                gradients[k].add_product(density, gradient[k]);
-            }
-            // 3 / (sqrt(s_1 s_2 s_3)) = f S.
-            let last = f * level;
-            let mut by_axes = [c(0.0); 9];
-            for i in 0..3 {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                let falling = fn_[i] * n[i];
-                by_axes[3 * i + i] = x[i] * (last * inverse[i] - second[j] - second[k]) - falling * n[i];
-                by_axes[3 * i + j] = x[j] * second[k] - falling * n[j];
-                by_axes[3 * i + k] = x[k] * second[j] - falling * n[k];
-            }
-            let shares = [weight, weight * u, weight * v];
-            for m in 0..3 {
-                for k in 0..9 {
-                    axes[m][k].add_product(shares[m], by_axes[k]);
-                }
-            }
+        let mut running =
+            Running { thirds: [[zero; 7]; 3], gradients: [zero; 5], axes: [[zero; 9]; 3], whole: zero };
+        let registers = self.nodes.weights.len() / S::F64_LANES;
+        let (whole, rest) = (registers / ABREAST, registers % ABREAST);
+        for k in 0..whole {
+            running.add::<_, ABREAST>(simd, &self, ABREAST * k);
         }
+        for k in 0..rest / 2 {
+            running.add::<_, 2>(simd, &self, ABREAST * whole + 2 * k);
+        }
+        let Running { thirds, gradients, axes, whole } = running;
         let all = 1.0 / whole.value();
         let mut sums = Sums { third: [[0.0; 7]; 3], gradient: Mat3::zeros(), by_axes: [Mat3::zeros(); 3] };
         for m in 0..3 {
@@ -224,5 +167,89 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
         let [xx, yy, xy, xz, yz] = h;
         sums.gradient = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy));
         sums
+    }
+}
+
+/// The sums while they are made.
+struct Running<S: Simd> {
+    thirds: [[Total<S>; 7]; 3],
+    gradients: [Total<S>; 5],
+    axes: [[Total<S>; 9]; 3],
+    whole: Total<S>,
+}
+
+impl<S: Simd> Running<S> {
+    /// Adds the nodes of `N` registers from one on.
+    #[inline(always)]
+    fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &AxisSum<'_, K>, register: usize) {
+        let place: Place<S, 2, N> = Place::new(simd, &sum.origin, &sum.arms);
+        let (nodes, from) = (sum.nodes, register * S::F64_LANES);
+        let [u, v] =
+            [Lanes::load(simd, &nodes.points[0][from..], 0), Lanes::load(simd, &nodes.points[1][from..], 0)];
+        let weight: Lanes<S, N> = Lanes::load(simd, &nodes.weights[from..], 0);
+        let w = weight.constant(0.0);
+        let x = place.of([u, v, w]);
+        let c = |value: f64| weight.constant(value);
+        let (field, second) = sum.kernel.second(x);
+        let (n, f) = field.bend(x);
+        let [s1, s2, s3] = field.squares;
+        let product = s1 * s2;
+        let all = c(1.0) / (product * s3);
+        let inverse = [all * s3 * s2, all * s3 * s1, all * product];
+        let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
+        let level = square[0] + square[1] + square[2];
+        let bent = square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
+        let per_level = c(2.0) / level;
+        let common = bent.mul_add(per_level, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
+        // T_ijk = f (delta_ij n_k / s_i + ...) + 2 f n_i n_j n_k (common - 1/s_i - 1/s_j - 1/s_k) / S.
+        let [i1, i2, i3] = inverse;
+        let [n1, n2, n3] = n;
+        let high = f * per_level;
+        let (h11, h12, h22) = (high * square[0], high * n1 * n2, high * square[1]);
+        let from = common - i1 - i2;
+        let third = [
+            f * n1 * c(3.0) * i1 + h11 * n1 * (common - i1 - i1 - i1),
+            f * n2 * i1 + h11 * n2 * (from - i1),
+            f * n3 * i1 + h11 * n3 * (common - i1 - i1 - i3),
+            f * n1 * i2 + h12 * n2 * (from - i2),
+            h12 * n3 * (from - i3),
+            f * n2 * c(3.0) * i2 + h22 * n2 * (common - i2 - i2 - i2),
+            f * n3 * i2 + h22 * n3 * (common - i2 - i2 - i3),
+        ];
+        let fn_ = [f * n[0], f * n[1], f * n[2]];
+        let gradient = [
+            fn_[0] * n[0] - field.rd[0],
+            fn_[1] * n[1] - field.rd[1],
+            fn_[0] * n[1],
+            fn_[0] * n[2],
+            fn_[1] * n[2],
+        ];
+        let density = weight * (c(1.0) - u * u - v * v);
+        self.whole.add(density);
+        let shares = [density, density * u, density * v];
+        for m in 0..3 {
+            for k in 0..7 {
+                self.thirds[m][k].add_product(shares[m], third[k]);
+            }
+        }
+        for k in 0..5 {
+            self.gradients[k].add_product(density, gradient[k]);
+        }
+        // 3 / (sqrt(s_1 s_2 s_3)) = f S.
+        let last = f * level;
+        let mut by_axes = [c(0.0); 9];
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let falling = fn_[i] * n[i];
+            by_axes[3 * i + i] = x[i] * (last * inverse[i] - second[j] - second[k]) - falling * n[i];
+            by_axes[3 * i + j] = x[j] * second[k] - falling * n[j];
+            by_axes[3 * i + k] = x[k] * second[j] - falling * n[k];
+        }
+        let shares = [weight, weight * u, weight * v];
+        for m in 0..3 {
+            for k in 0..9 {
+                self.axes[m][k].add_product(shares[m], by_axes[k]);
+            }
+        }
     }
 }

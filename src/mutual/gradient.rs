@@ -20,6 +20,9 @@ use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
+/// Registers that are worked on side by side.
+pub(super) const ABREAST: usize = 4;
+
 /// Loads and their derivatives, in the field body's canonical frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slopes {
@@ -94,80 +97,115 @@ struct Sums<const D: usize, const M: usize> {
 impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_, K, D, M> {
     type Output = Sums<D, M>;
 
+    /// With several registers side by side, as in [`super::means`].
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Sums<D, M> {
-        let [u, v, w] = &self.nodes.points;
-        let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, &self.nodes.weights);
-        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
-        let differences = self.kernel.square_differences();
         let zero = Total::zero(simd);
-        let (mut force, mut moments, mut torque) = ([zero; 3], [[zero; 3]; D], [zero; 3]);
-        let (mut gradients, mut turnings) = ([[zero; 5]; M], [[zero; 9]; M]);
-        for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
-            let y = [u, v, w];
-            let x = place.of(y);
-            let field = self.kernel.field(x);
-            let (n, f) = field.bend(x);
-            let fn_ = [f * n[0], f * n[1], f * n[2]];
-            // Trace zero leaves five numbers: xx, yy, xy, xz, yz.
-            let gradient = [
-                fn_[0] * n[0] - field.rd[0],
-                fn_[1] * n[1] - field.rd[1],
-                fn_[0] * n[1],
-                fn_[0] * n[2],
-                fn_[1] * n[2],
-            ];
-            let mut share = [weight; M];
-            let mut next = 1 + D;
-            for k in 0..D {
-                share[1 + k] = weight * y[k];
-                for l in k..D {
-                    share[next] = share[1 + k] * y[l];
-                    next += 1;
-                }
-            }
-            for m in 0..M {
-                for i in 0..5 {
-                    gradients[m][i].add_product(share[m], gradient[i]);
-                }
-            }
-            let turning = field.turning(x, (n, f), differences);
-            for i in 0..3 {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                let pull = x[i] * field.rd[i];
-                force[i].add_product(weight, pull);
-                for m in 0..D {
-                    moments[m][i].add_product(share[1 + m], pull);
-                }
-                torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
-                for m in 0..=D {
-                    for c in 0..3 {
-                        turnings[m][3 * i + c].add_product(share[m], turning[i][c]);
-                    }
-                }
-            }
+        let mut running = Running {
+            force: [zero; 3],
+            moments: [[zero; 3]; D],
+            torque: [zero; 3],
+            gradients: [[zero; 5]; M],
+            turnings: [[zero; 9]; M],
+        };
+        let registers = self.nodes.weights.len() / S::F64_LANES;
+        let (whole, rest) = (registers / ABREAST, registers % ABREAST);
+        for k in 0..whole {
+            running.add::<_, ABREAST>(simd, &self, ABREAST * k);
+        }
+        for k in 0..rest / 2 {
+            running.add::<_, 2>(simd, &self, ABREAST * whole + 2 * k);
         }
         let (mut moment, mut gradient, mut turning) =
             ([Vec3::zeros(); D], [Mat3::zeros(); M], [Mat3::zeros(); M]);
         for k in 0..D {
-            moment[k] = -total_vector(moments[k]);
+            moment[k] = -total_vector(running.moments[k]);
         }
         for m in 0..M {
             let [xx, yy, xy, xz, yz] = [
-                gradients[m][0].value(),
-                gradients[m][1].value(),
-                gradients[m][2].value(),
-                gradients[m][3].value(),
-                gradients[m][4].value(),
+                running.gradients[m][0].value(),
+                running.gradients[m][1].value(),
+                running.gradients[m][2].value(),
+                running.gradients[m][3].value(),
+                running.gradients[m][4].value(),
             ];
             gradient[m] = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy));
         }
         for m in 0..=D {
             for c in 0..9 {
-                turning[m][(c / 3, c % 3)] = turnings[m][c].value();
+                turning[m][(c / 3, c % 3)] = running.turnings[m][c].value();
             }
         }
-        Sums { force: -total_vector(force), moment, torque_field: total_vector(torque), gradient, turning }
+        let torque_field = total_vector(running.torque);
+        Sums { force: -total_vector(running.force), moment, torque_field, gradient, turning }
+    }
+}
+
+/// The sums while they are made.
+struct Running<S: Simd, const D: usize, const M: usize> {
+    force: [Total<S>; 3],
+    moments: [[Total<S>; 3]; D],
+    torque: [Total<S>; 3],
+    gradients: [[Total<S>; 5]; M],
+    turnings: [[Total<S>; 9]; M],
+}
+
+impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
+    /// Adds the nodes of `N` registers from one on.
+    #[inline(always)]
+    fn add<K: FieldKernel, const N: usize>(
+        &mut self,
+        simd: S,
+        sum: &GradientSum<'_, K, D, M>,
+        register: usize,
+    ) {
+        let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
+        let (nodes, from) = (sum.nodes, register * S::F64_LANES);
+        let mut y = [Lanes::splat(simd, 0.0); 3];
+        for i in 0..3 {
+            y[i] = Lanes::load(simd, &nodes.points[i][from..], 0);
+        }
+        let weight = Lanes::load(simd, &nodes.weights[from..], 0);
+        let x = place.of(y);
+        let field = sum.kernel.field(x);
+        let (n, f) = field.bend(x);
+        let fn_ = [f * n[0], f * n[1], f * n[2]];
+        // Trace zero leaves five numbers: xx, yy, xy, xz, yz.
+        let gradient = [
+            fn_[0] * n[0] - field.rd[0],
+            fn_[1] * n[1] - field.rd[1],
+            fn_[0] * n[1],
+            fn_[0] * n[2],
+            fn_[1] * n[2],
+        ];
+        let mut share = [weight; M];
+        let mut next = 1 + D;
+        for k in 0..D {
+            share[1 + k] = weight * y[k];
+            for l in k..D {
+                share[next] = share[1 + k] * y[l];
+                next += 1;
+            }
+        }
+        for m in 0..M {
+            for i in 0..5 {
+                self.gradients[m][i].add_product(share[m], gradient[i]);
+            }
+        }
+        let turning = field.turning(x, (n, f), sum.kernel.square_differences());
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let pull = x[i] * field.rd[i];
+            self.force[i].add_product(weight, pull);
+            for m in 0..D {
+                self.moments[m][i].add_product(share[1 + m], pull);
+            }
+            self.torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
+            for m in 0..=D {
+                for c in 0..3 {
+                    self.turnings[m][3 * i + c].add_product(share[m], turning[i][c]);
+                }
+            }
+        }
     }
 }

@@ -153,22 +153,27 @@ impl Pair {
             ));
         }
         let Some(rule) = &self.rule else { return Ok(()) };
-        let (integrated, degree) = (rule.integrated, rule.degree);
-        if self.gradient_nodes.as_ref().is_some_and(|n| n.integrated == integrated && n.degree == degree) {
+        let (integrated, order, carrier) = (rule.integrated, rule.order, rule.carrier);
+        if self.gradient_nodes.as_ref().is_some_and(|n| n.integrated == integrated && n.order == order) {
             return Ok(());
         }
         let set = &self.bodies[integrated];
-        let carrier = match rule.carrier {
+        let smooth = match carrier {
             Carrier::Pressures => Carrier::Surface(set.semi_axes()),
             other => other,
         };
         // Semi-axes act by the focal ellipse.
         let flat = if set.focal_axes()[0] > 0.0 { Carrier::FocalEllipse } else { Carrier::Centre };
-        let mut nodes = |carrier| {
-            let nodes = self.nodes.get(order_for(carrier, [degree; 2]), carrier, set, self.arch, patience)?;
-            Ok(Some(GradientNodes { integrated, degree, carrier, nodes }))
+        let (own, degree) = (rule.nodes.clone(), rule.degree);
+        let mut nodes = |wanted| {
+            let nodes = if wanted == carrier {
+                own.clone()
+            } else {
+                self.nodes.get(order_for(wanted, [degree; 2]), wanted, set, self.arch, patience)?
+            };
+            Ok(Some(GradientNodes { integrated, order, carrier: wanted, nodes }))
         };
-        (self.gradient_nodes, self.axis_nodes) = (nodes(carrier)?, nodes(flat)?);
+        (self.gradient_nodes, self.axis_nodes) = (nodes(smooth)?, nodes(flat)?);
         Ok(())
     }
 

@@ -41,7 +41,7 @@ impl Rule {
 #[derive(Debug, Clone)]
 pub(super) struct GradientNodes {
     pub integrated: usize,
-    pub degree: usize,
+    pub order: Order,
     pub carrier: Carrier,
     pub nodes: Arc<Nodes>,
 }
