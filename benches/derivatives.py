@@ -2,9 +2,10 @@
 
     python benches/derivatives.py [hours] [rounds]
 
-The year is run alternately without derivatives, with the 24 x 24 transition matrix, with all masses and semi-axes too, and with the
-indicators of chaos; the ratios are medians over the rounds. Differences of runs take 25 years for the matrix (one beside the motion
-itself for each of the 24 numbers), twice as many with central ones, and have half of the digits.
+The year is run alternately without derivatives, with the 24 x 24 transition matrix, with all masses and semi-axes too,
+and with the indicators of chaos; the ratios are medians over the rounds. Differences of runs take 25 years for the
+matrix (one beside the motion itself for each of the 24 numbers), twice as many with central ones, and have half of the
+digits.
 """
 
 import statistics
@@ -19,14 +20,18 @@ ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 3
 
 def main():
     """Print the table."""
-    print(f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, a sample a day; {ROUNDS} rounds; ratios to the run without derivatives")
+    print(
+        f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, a sample a day; {ROUNDS} rounds; ratios to the run without them"
+    )
     for gravity in ("focal", "surface", "multipole:4"):
         system, state = fullbody.systems.kw4(gravity=gravity)
         series = gravity.startswith("multipole")
         wanted = [name for name in system.parameters if name.startswith(("mass", "semi"))]
         kinds = {
             "transition": {"derivatives": True},
-            "and masses" if series else "and masses, semi-axes": {"derivatives": wanted[:1] + wanted[4:5] if series else wanted},
+            "and masses" if series else "and masses, semi-axes": {
+                "derivatives": wanted[:1] + wanted[4:5] if series else wanted
+            },
             "chaos": {"chaos": True},
         }
         ratios = {name: [] for name in kinds}

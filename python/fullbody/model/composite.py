@@ -307,7 +307,8 @@ def warn_of_cancelling(name: str, masses: Any, tolerance: float) -> None:
     if masses[least] < 0.0 and lost > 100.0 * tolerance:
         caution(
             f"parts {largest} and {least} of {name}, of masses {masses[largest]:g} and {masses[least]:g}, nearly"
-            f" cancel: rounding leaves its forces uncertain by {lost:.0e} of their size; gravity_tolerance is {tolerance:g}"
+            f" cancel: rounding leaves its forces uncertain by {lost:.0e} of their size;"
+            f" gravity_tolerance is {tolerance:g}"
         )
 
 

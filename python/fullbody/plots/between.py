@@ -81,7 +81,7 @@ def trails(run: BaseRun, flight: Flight, particles: int, places: int) -> tuple[A
     taken = np.unique(np.linspace(0, len(flight) - 1, min(len(flight), particles)).astype(int))
     moments = np.unique(np.linspace(0, len(inside) - 1, max(2, places // len(taken))).astype(int))
     times = known[inside][moments]
-    samples = flight._record["samples"][np.ix_(taken, inside[moments], range(3))]
+    samples = flight._record["samples"][taken][:, inside[moments], :3]
     return times, samples - _barycentre(run, times)
 
 

@@ -103,8 +103,8 @@ class Differentiated:
         """Derivatives of the time and the state of the terminal event that ended the run.
 
         At a zero of the event's function g the time changes by dt = -(grad g . dx) / (dg/dt), and the state by
-        dx + f dt, with dx the departure at a fixed time and f the rates of change there. The derivatives of g itself are
-        differences of eighth order.
+        dx + f dt, with dx the departure at a fixed time and f the rates of change there. The derivatives of g itself
+        are differences of eighth order.
 
         Returns
         -------
@@ -160,8 +160,8 @@ class Differentiated:
     def lyapunov(self) -> Array:
         """Growth ln(|delta|/|delta_0|) of a departure over the time since the start (K,), in 1/time.
 
-        Tends to the largest Lyapunov exponent; its inverse is the Lyapunov time. Of a run with ``chaos=True``; departures
-        are measured in the natural sizes of their numbers at the start: separation, orbital speed or the body's own,
+        Tends to the largest Lyapunov exponent; its inverse is the Lyapunov time. Of a run with ``chaos=True``;
+        departures are measured in the natural sizes of their numbers at the start: separation, orbital speed or the body's own,
         rad, and the spin.
         """
         rate: Array = self.system._units.attach(self._chaos(1), "rate")
