@@ -161,8 +161,8 @@ class Differentiated:
         """Growth ln(|delta|/|delta_0|) of a departure over the time since the start (K,), in 1/time.
 
         Tends to the largest Lyapunov exponent; its inverse is the Lyapunov time. Of a run with ``chaos=True``;
-        departures are measured in the natural sizes of their numbers at the start: separation, orbital speed or the body's own,
-        rad, and the spin.
+        departures are measured in the natural sizes of their numbers at the start: separation, orbital speed or the
+        body's own, rad, and the spin.
         """
         rate: Array = self.system._units.attach(self._chaos(1), "rate")
         return rate
