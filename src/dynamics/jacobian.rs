@@ -32,7 +32,7 @@ impl System {
         dynamics.check_outside(state.time, state.time, &y)?;
         dynamics.prepare(state.time, &y, 0.0, patience)?;
         dynamics.prepare_variations(state.time, patience)?;
-        let mut variations = Variations::new(&dynamics, parameters.to_vec());
+        let mut variations = Variations::new(&dynamics, parameters.to_vec())?;
         patience.spend(variations.work(&dynamics), state.time)?;
         variations.look(&mut dynamics, state.time, &y)?;
         let (loads, rates, by_parameters) =

@@ -12,6 +12,7 @@ mod jacobian;
 mod layout;
 mod parameter;
 mod quadrature;
+mod rates;
 mod rejected;
 mod rotor;
 mod split_variations;

@@ -10,17 +10,18 @@
 //! A and B from the derivatives of the loads, B also from Euler's equations. Many departures are one matrix, a column each; behind the
 //! columns of the initial state there is one for every parameter, with the derivative of the rates by the parameter as a further term.
 
+use super::rates::{DEPTH, Rates};
 use super::{Dynamics, Parameter};
 use crate::environment::{Environment, LoadSlopes};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::patience::Patience;
 use crate::shape::Body;
-use pulp::{Arch, Scalar, Simd, WithSimd};
+use pulp::Arch;
 
-/// Numbers of a column that are multiplied at a time.
-const DEPTH: usize = 9;
+/// A matrix of departures of more bodies takes longer than a caller is to wait for an answer.
+const MOST_BODIES: usize = 64;
 
 /// Units of work of a pair's Jacobian for each of its nodes.
 const GRADIENT: u64 = 2;
@@ -51,23 +52,27 @@ pub struct Variations {
 
 impl Variations {
     /// Of a system and the parameters that count, for all departures from the start of a motion.
-    pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Self {
-        let all = Self::of_one(dynamics);
+    pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Result<Self> {
+        let all = Self::of_one(dynamics)?;
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
-        Self { initial: 2 * all.half(), parameters, forcing, ..all }
+        Ok(Self { initial: 2 * all.half(), parameters, forcing, ..all })
     }
 
     /// For one departure alone.
-    pub fn of_one(dynamics: &Dynamics) -> Self {
+    pub fn of_one(dynamics: &Dynamics) -> Result<Self> {
         let system = dynamics.system();
         let bodies = system.bodies().len();
+        if bodies > MOST_BODIES {
+            let expected = format!("{MOST_BODIES} bodies at most");
+            return Err(Error::invalid("derivatives", format!("of {bodies} bodies"), expected));
+        }
         let masses = system.masses();
         let total = sum(masses.iter().copied());
         let free = !system.forces().is_empty();
         let by_motion = system.forces().iter().any(|force| force.depends_on_velocity());
         let half = 6 * bodies - if free { 0 } else { 3 };
         let stride = half.next_multiple_of(DEPTH);
-        Self {
+        Ok(Self {
             bodies,
             free,
             share: masses.iter().map(|m| m / total).collect(),
@@ -82,7 +87,7 @@ impl Variations {
             initial: 1,
             forcing: Vec::new(),
             parameters: Vec::new(),
-        }
+        })
     }
 
     /// Half the numbers of a departure in relative coordinates.
@@ -299,81 +304,6 @@ impl Variations {
 /// A torque over moments of inertia; zero for a body without any.
 fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
     torque.zip_map(inertia, |torque, inertia| if inertia > 0.0 { torque / inertia } else { 0.0 })
-}
-
-/// The equations without the terms of parameters, over lanes of columns.
-struct Rates<'a> {
-    variations: &'a Variations,
-    columns: &'a [f64],
-    rates: &'a mut [f64],
-}
-
-impl WithSimd for Rates<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        if self.variations.width() < S::F64_LANES {
-            return self.by(Scalar);
-        }
-        self.by(simd);
-    }
-}
-
-impl Rates<'_> {
-    #[inline(always)]
-    fn by<S: Simd>(self, simd: S) {
-        let Self { variations: v, columns, rates } = self;
-        let (half, width, lanes) = (v.half(), v.width(), S::F64_LANES);
-        let zero = simd.splat_f64s(0.0);
-        for first in (0..width).step_by(lanes) {
-            // The last lanes overlap those before.
-            let first = first.min(width - lanes);
-            let load =
-                |values: &[f64], row: usize| S::as_simd_f64s(&values[row * width + first..][..lanes]).0[0];
-            for k in 0..half {
-                let p = load(columns, half + k);
-                store::<S>(rates, k * width + first, p);
-            }
-            let parts = [(&v.by_place, 0), (&v.by_motion, half)];
-            let blocks = parts.iter().flat_map(|&(matrix, from)| {
-                (0..matrix.len().min(v.stride)).step_by(DEPTH).map(move |block| (matrix, from, block))
-            });
-            for (matrix, from, block) in blocks {
-                let mut q = [zero; DEPTH];
-                for k in 0..DEPTH.min(half - block) {
-                    q[k] = load(columns, from + block + k);
-                }
-                for (row, weights) in matrix.chunks_exact(v.stride).enumerate() {
-                    let weights = &weights[block..block + DEPTH];
-                    let mut sum = if from + block == 0 { zero } else { load(rates, half + row) };
-                    for k in 0..DEPTH {
-                        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[k]), q[k], sum);
-                    }
-                    store::<S>(rates, (half + row) * width + first, sum);
-                }
-            }
-            for body in 0..v.bodies {
-                let (spin, inertia, row) = (&v.spin[body], &v.inertia[body], v.turn(body));
-                for i in 0..3 {
-                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                    let ratio = if inertia[i] > 0.0 { (inertia[k] - inertia[j]) / inertia[i] } else { 0.0 };
-                    // -(spin x theta) and -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
-                    for (from, a, b) in [(0, spin[k], -spin[j]), (half, -ratio * spin[k], -ratio * spin[j])] {
-                        let mut sum = load(rates, from + row + i);
-                        sum = simd.mul_add_e_f64s(simd.splat_f64s(a), load(columns, from + row + j), sum);
-                        sum = simd.mul_add_e_f64s(simd.splat_f64s(b), load(columns, from + row + k), sum);
-                        store::<S>(rates, (from + row + i) * width + first, sum);
-                    }
-                }
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
-    S::as_mut_simd_f64s(&mut values[at..][..S::F64_LANES]).0[0] = lanes;
 }
 
 impl Dynamics {

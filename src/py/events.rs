@@ -1,11 +1,13 @@
 //! The conditions that a run watches for.
 
-use super::listening::Listener;
-use super::systems::PyState;
+use super::arrays::array;
+use super::listening::{Listener, listening};
+use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::trajectory::{Condition, Event};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -34,6 +36,24 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
         terminal: *terminal,
     };
     watched.iter().map(event).collect()
+}
+
+#[pymethods]
+impl PyCondition {
+    /// Derivatives (12N,) of the function, and its derivative with time.
+    fn slopes<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        state: &PyState,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64)> {
+        let raised = Arc::new(Listener::default());
+        let mut condition = self.condition(py, &raised);
+        let found = listening(py, |patience| condition.slopes(&system.inner, &state.inner, patience));
+        let (slopes, by_time) = found.map_err(|error| raised.raised().unwrap_or(error))?;
+        let count = slopes.len();
+        Ok((array(py, slopes, &[count])?, by_time))
+    }
 }
 
 impl PyCondition {

@@ -3,9 +3,8 @@
 use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::descriptions::{from_python, to_python};
-use super::events::PyCondition;
 use super::forces::{Function, forces};
-use super::listening::{Listener, listening};
+use super::listening::listening;
 use super::rotations::matrices;
 use crate::dynamics::{DEPARTURE, Parameter, State, System};
 use crate::environment::Load;
@@ -19,7 +18,6 @@ use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -199,21 +197,6 @@ impl PySystem {
             array(py, jacobian.by_parameters, &[named.len(), DEPARTURE * n])?,
             array(py, jacobian.flow, &[DEPARTURE * n])?,
         ))
-    }
-
-    /// Derivatives (12N,) of the function of an event's condition, and its derivative with time.
-    fn event_slopes<'py>(
-        &self,
-        py: Python<'py>,
-        condition: &Bound<'py, PyCondition>,
-        state: &PyState,
-    ) -> PyResult<(Array<'py>, f64)> {
-        let raised = Arc::new(Listener::default());
-        let mut condition = condition.get().condition(py, &raised);
-        let found = listening(py, |patience| condition.slopes(&self.inner, &state.inner, patience));
-        let (slopes, by_time) = found.map_err(|error| raised.raised().unwrap_or(error))?;
-        let count = slopes.len();
-        Ok((array(py, slopes, &[count])?, by_time))
     }
 
     /// Names of the parameters that motions can be differentiated by.

@@ -50,12 +50,12 @@ impl Tangents {
                 let expected = "Verner98 for it, whose coordinates do not change with the masses";
                 return Err(Error::invalid("derivatives", found, expected));
             }
-            let variations = Variations::new(equations, parameters.clone());
+            let variations = Variations::new(equations, parameters.clone())?;
             let columns = variations.start();
             all.push(Tangent::new(variations, None, columns, motion, mover, start));
         }
         if following.chaos {
-            let variations = Variations::of_one(equations);
+            let variations = Variations::of_one(equations)?;
             let parting = Parting::new(motion, &variations);
             let column = parting.start();
             all.push(Tangent::new(variations, Some(parting), column, motion, mover, start));
