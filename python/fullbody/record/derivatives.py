@@ -169,7 +169,7 @@ class Differentiated:
 
     @property
     def fast_lyapunov(self) -> npt.NDArray[np.float64]:
-        """The largest ``ln(|delta|/|delta_0|)`` so far (K,): the fast Lyapunov indicator. Of a run with ``chaos=True``."""
+        """The largest ``ln(|delta|/|delta_0|)`` so far (K,): the fast Lyapunov indicator. For ``chaos=True``."""
         return self._chaos(2)
 
     def _chaos(self, which: int) -> npt.NDArray[np.float64]:
