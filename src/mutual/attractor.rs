@@ -47,13 +47,13 @@ impl BodyGravity {
 
     /// A vector of the canonical frame, in the body frame.
     #[inline(always)]
-    pub(super) fn from_canonical(&self, v: Vec3) -> Vec3 {
+    pub(super) fn in_body(&self, v: Vec3) -> Vec3 {
         if self.sorted { v } else { turned_back(&self.canonical, &v) }
     }
 
     /// What turns another frame into the body's, as what turns it into the canonical one.
     #[inline(always)]
-    pub(super) fn into_canonical(&self, turn: Mat3) -> Mat3 {
+    pub(super) fn to_canonical(&self, turn: Mat3) -> Mat3 {
         if self.sorted { turn } else { self.canonical * turn }
     }
 

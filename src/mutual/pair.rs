@@ -262,9 +262,9 @@ impl Pair {
                 None => sampled::force_and_torque(self.arch, field, rule, &roles, nodes),
             },
         };
-        let torque_field = field.from_canonical(balance.torque_field);
-        let torque_set = set.from_canonical(turned_back(&roles.turn, &balance.torque));
-        let force = field.from_canonical(balance.force);
+        let torque_field = field.in_body(balance.torque_field);
+        let torque_set = set.in_body(turned_back(&roles.turn, &balance.torque));
+        let force = field.in_body(balance.force);
         match rule.integrated {
             0 => Interaction {
                 force_on_first: turned(&pose.rotation_second, &force),
@@ -337,7 +337,7 @@ impl Pair {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.into_canonical(rotation_field.transpose());
+        let to_field = field.to_canonical(rotation_field.transpose());
         Roles {
             origin: turned(&to_field, &separation),
             turn: set.out_of_canonical(times(&to_field, rotation_set)),

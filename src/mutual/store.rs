@@ -74,6 +74,9 @@ impl Hash for Same {
     }
 }
 
+/// A polyhedron, the degree of its layer, and the instructions by which that was made.
+type LayerKey = (Same, usize, Discriminant<Arch>);
+
 /// Nodes by order, far-field series by shape, and what polyhedra take, for all pairs that are given the same store, in whatever threads they are.
 ///
 /// A pair looks here when it is made and when it takes an order that is new to it, never while it is evaluated. What it
@@ -83,7 +86,7 @@ pub struct Store {
     nodes: Mutex<HashMap<NodesKey, Arc<Nodes>>>,
     series: Mutex<HashMap<[u64; 3], Arc<FarSeries>>>,
     facets: Mutex<HashMap<Same, Arc<Facets>>>,
-    layers: Mutex<HashMap<(Same, usize, Discriminant<Arch>), Arc<Layer>>>,
+    layers: Mutex<HashMap<LayerKey, Arc<Layer>>>,
 }
 
 impl Store {
