@@ -9,7 +9,7 @@ use fullbody::math::Vec3;
 use fullbody::mutual::{Method, Store};
 use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
-use fullbody::trajectory::{Condition, Event, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory};
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -25,6 +25,7 @@ fn member((system, state, integrator): &Start, until: f64, condition: Option<Con
         output: Output::Spacing(0.7),
         events: condition.into_iter().map(Event::new).collect(),
         dense: true,
+        following: Following::default(),
     }
 }
 
@@ -95,7 +96,7 @@ fn alone(start: &Start, until: f64) -> (Trajectory, Statistics) {
     let mut member = member(start, until, Some(Condition::Periapsis { first: 0, second: 1 }));
     let mut simulation = Simulation::new(&start.0, &start.1, start.2).unwrap();
     let mut record = Trajectory::new(start.0.bodies().len());
-    let run = Run { output: &member.output, events: &mut member.events, dense: true, derivatives: None };
+    let run = Run { output: &member.output, events: &mut member.events, dense: true, following: &Following::default() };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     (record, simulation.statistics())
 }

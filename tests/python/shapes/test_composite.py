@@ -114,7 +114,7 @@ def test_parts_that_nearly_cancel_are_told():
         for thin in (0.3, 1e-9)
     }
     fullbody.System([shells[0.3], PROBE], G=1.0)
-    told = r"parts 0 and 1 of shell, of masses 12\.5664 and -12\.5664, nearly cancel: .* by 1e-07 of their size"
+    told = r"parts 0 and 1 of shell, of 12\.5664 and -12\.5664 in mass, nearly cancel: .* by 1e-07 of their size"
     with pytest.warns(fullbody.InconsistentInput, match=told):
         system = fullbody.System([shells[1e-9], PROBE], G=1.0)
     found = system.interactions(pose(2.5))

@@ -9,7 +9,7 @@ use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
-use fullbody::trajectory::{Condition, Event, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
@@ -35,7 +35,7 @@ fn attempt(
     dense: bool,
 ) -> (Trajectory, Result<(), Error>) {
     let mut record = Trajectory::new(simulation.system().bodies().len());
-    let run = Run { output, events, dense, derivatives: None };
+    let run = Run { output, events, dense, following: &Following::default() };
     let outcome = simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(()));
     (record, outcome)
 }

@@ -7,9 +7,7 @@ use fullbody::error::{Error, Result};
 use fullbody::integrate::{Scheme, Statistics};
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::trajectory::{
-    Condition, Event, Integrator, Occurrence, Output, Run, Simulation, StopReason, Trajectory,
-};
+use fullbody::trajectory::{Condition, Event, Following, Integrator, Occurrence, Output, Run, Simulation, StopReason, Trajectory};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
@@ -47,7 +45,7 @@ fn run(
     events: &mut [Event],
 ) -> (Trajectory, Result<()>) {
     let mut record = Trajectory::new(2);
-    let run = Run { output: &Output::Times(times.to_vec()), events, dense: true, derivatives: None };
+    let run = Run { output: &Output::Times(times.to_vec()), events, dense: true, following: &Following::default() };
     let outcome = simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(()));
     (record, outcome)
 }
@@ -118,7 +116,7 @@ fn compare(
     let mut plain = Simulation::new(system, state, integrator).unwrap();
     let mut record = Trajectory::new(2);
     let output = Output::Steps;
-    let only = Run { output: &output, events: &mut events(), dense: false, derivatives: None };
+    let only = Run { output: &output, events: &mut events(), dense: false, following: &Following::default() };
     plain.run(until, only, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     assert_eq!(record.events, found, "{label}");
     let counts = difference(second.statistics(), first.statistics());

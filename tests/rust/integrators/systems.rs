@@ -7,7 +7,7 @@ use fullbody::math::Vec3;
 use fullbody::mutual::Method;
 use fullbody::patience::Patience;
 use fullbody::shape::{Body, GivenPart, Shape};
-use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
+use fullbody::trajectory::{Following, Integrator, Output, Run, Simulation, Trajectory};
 use std::ops::ControlFlow;
 
 /// Two points at periapsis of an orbit with a = 1 and mu = 1.
@@ -97,7 +97,7 @@ pub fn all(tolerance: f64, step: f64) -> Vec<Integrator> {
 /// Runs without events.
 pub fn integrate(simulation: &mut Simulation, until: f64, output: &Output, dense: bool) -> Trajectory {
     let mut record = Trajectory::new(simulation.system().bodies().len());
-    let run = Run { output, events: &mut [], dense, derivatives: None };
+    let run = Run { output, events: &mut [], dense, following: &Following::default() };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     record
 }
