@@ -29,10 +29,8 @@ impl Variations {
                                 combination.extend((1..n).map(|other| (block + 3 * (other - 1) + c, -1.0)))
                             }
                         }
-                        match self.barycentre() {
-                            Some(row) => combination.push((block + row + c, self.share[body])),
-                            None => moved[kind][c] = self.share[body],
-                        }
+                        // The nominal barycentre moves, and with it the paths of third bodies.
+                        moved[kind][c] = self.share[body];
                     }
                     let column = DEPARTURE * body + 3 * kind + c;
                     moved[0] += moved[1] * (now.time - start.time);
@@ -44,26 +42,36 @@ impl Variations {
         }
         let mut sensitivity = vec![0.0; size * self.parameters.len()];
         for (k, out) in sensitivity.chunks_exact_mut(size).enumerate() {
-            let moved = if self.free { [Vec3::zeros(); 2] } else { self.barycentre_by_masses(k, start, now) };
-            self.spread(columns, &[(2 * half + k, 1.0)], moved, |row, value| out[row] = value);
+            let nominal = self.nominal_by_masses(k, start);
+            combination.clear();
+            combination.push((2 * half + k, 1.0));
+            // Where the barycentre has an equation of its own it departs from the nominal one, which the masses move.
+            if let Some(row) = self.barycentre() {
+                for (block, departed) in nominal.iter().enumerate() {
+                    combination.extend((0..3).map(|c| (block * half + row + c, -departed[c])));
+                }
+            }
+            let elapsed = now.time - start.time;
+            let mut moved = [nominal[0] + nominal[1] * elapsed, nominal[1]];
+            if !self.free {
+                // It is then the mean of all bodies by shares that change.
+                let [place, motion] = self.nominal_by_masses(k, now);
+                moved[0] -= place;
+                moved[1] -= motion;
+            }
+            self.spread(columns, &combination, moved, |row, value| out[row] = value);
         }
         (transition, sensitivity)
     }
 
-    /// How the barycentre that moves uniformly departs with a parameter, as a fixed share of each body's departure: the shares themselves
-    /// change with the masses.
-    fn barycentre_by_masses(&self, parameter: usize, start: &State, now: &State) -> [Vec3; 2] {
+    /// The change of the mean of places, and of velocities, with the shares that a parameter gives the bodies.
+    fn nominal_by_masses(&self, parameter: usize, state: &State) -> [Vec3; 2] {
         let total: f64 = self.masses.iter().sum();
         let by_mass = |body: usize| self.parameters[parameter].of_mass(body) / total;
         let all: f64 = (0..self.bodies).map(by_mass).sum();
         let share = |body: usize| by_mass(body) - self.share[body] * all;
-        let moved =
-            |of: &dyn Fn(usize) -> Vec3| (0..self.bodies).map(|body| share(body) * of(body)).sum::<Vec3>();
-        let elapsed = now.time - start.time;
-        [
-            moved(&|body| start.position[body] + start.velocity[body] * elapsed - now.position[body]),
-            moved(&|body| start.velocity[body] - now.velocity[body]),
-        ]
+        let mean = |of: &[Vec3]| (0..self.bodies).map(|body| share(body) * of[body]).sum::<Vec3>();
+        [mean(&state.position), mean(&state.velocity)]
     }
 
     /// From a combination of columns to the bodies' own numbers, with what the barycentre and its velocity have beside that.

@@ -106,13 +106,12 @@ impl Parameter {
         Some(slopes[which][axis])
     }
 
-    /// Derivative of a body's moments of inertia where it is a semi-axis: I_1 = m (a_2^2 + a_3^2) / 5.
-    pub(super) fn of_inertia(self, body: &Body, place: usize) -> Option<Vec3> {
-        let (_, axis) = self.semi_axis().filter(|(of, _)| *of == place)?;
-        let slope = 0.4 * body.mass * body.semi_axes()[axis];
-        let mut inertia = Vec3::repeat(slope);
+    /// The body whose moments of inertia change with it, where it is a semi-axis, and their derivatives: I_1 = m (a_2^2 + a_3^2) / 5.
+    pub(super) fn of_inertia(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
+        let (body, axis) = self.semi_axis()?;
+        let mut inertia = Vec3::repeat(0.4 * bodies[body].mass * bodies[body].semi_axes()[axis]);
         inertia[axis] = 0.0;
-        Some(inertia)
+        Some((body, inertia))
     }
 
     /// The relative change of what the loads of a force do to a body: the loads' own less that of its mass or moments.

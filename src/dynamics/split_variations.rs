@@ -31,7 +31,7 @@ impl Variations {
         self.clear(dynamics.layout(), y, true);
         self.by_place.fill(0.0);
         self.by_motion.fill(0.0);
-        self.force_by_inertia(dynamics.system().bodies());
+        self.force_by_inertia();
         self.add_kepler(dynamics, y, 1.0);
     }
 
@@ -96,14 +96,8 @@ impl Variations {
     }
 
     /// The drift along straight lines with the discrete rotation, from a vector on. `None` where the rotation has no solution.
-    pub fn drift_straight(
-        &self,
-        dynamics: &Dynamics,
-        y: &[f64],
-        size: f64,
-        columns: &mut [f64],
-    ) -> Option<()> {
-        let (half, width, layout) = (self.half(), self.width(), dynamics.layout());
+    pub fn drift_straight(&self, layout: Layout, y: &[f64], size: f64, columns: &mut [f64]) -> Option<()> {
+        let (half, width) = (self.half(), self.width());
         let (q, p) = columns.split_at_mut(half * width);
         let centres =
             (0..3 * (self.bodies - 1)).chain(self.barycentre().into_iter().flat_map(|row| row..row + 3));
@@ -118,10 +112,8 @@ impl Variations {
                 let at = |c: usize| (row + c) * width + column;
                 let read = |from: &[f64]| Vec3::new(from[at(0)], from[at(1)], from[at(2)]);
                 let (theta, spin) = (read(q), read(p));
-                let moments = column
-                    .checked_sub(self.initial)
-                    .and_then(|k| self.parameters[k].of_inertia(&dynamics.system().bodies()[body], body));
-                let moments = moments.unwrap_or_default();
+                let moments =
+                    column.checked_sub(self.initial).map_or(Vec3::zeros(), |k| self.by_inertia(k, body));
                 let theta = slopes.back * theta + slopes.turn[0] * spin + slopes.turn[1] * moments;
                 let spin = slopes.spin[0] * spin + slopes.spin[1] * moments;
                 (0..3).for_each(|c| (q[at(c)], p[at(c)]) = (theta[c], spin[c]));

@@ -17,7 +17,6 @@ use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::patience::Patience;
-use crate::shape::Body;
 use pulp::Arch;
 
 /// A matrix of departures of more bodies takes longer than a caller is to wait for an answer.
@@ -44,6 +43,8 @@ pub struct Variations {
     pub(super) stride: usize,
     pub(super) spin: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
+    /// For every parameter the body whose moments change with it, and their derivatives.
+    by_inertia: Vec<Option<(usize, Vec3)>>,
     /// Columns of initial departures.
     pub(super) initial: usize,
     /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
@@ -55,7 +56,9 @@ impl Variations {
     pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Result<Self> {
         let all = Self::of_one(dynamics)?;
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
-        Ok(Self { initial: 2 * all.half(), parameters, forcing, ..all })
+        let bodies = dynamics.system.bodies();
+        let by_inertia = parameters.iter().map(|parameter| parameter.of_inertia(bodies)).collect();
+        Ok(Self { initial: 2 * all.half(), parameters, by_inertia, forcing, ..all })
     }
 
     /// For one departure alone.
@@ -85,6 +88,7 @@ impl Variations {
             spin: vec![Vec3::zeros(); bodies],
             torque: vec![Vec3::zeros(); bodies],
             initial: 1,
+            by_inertia: Vec::new(),
             forcing: Vec::new(),
             parameters: Vec::new(),
         })
@@ -193,7 +197,7 @@ impl Variations {
             dynamics.slopes_outside(time, y, &mut self.slopes)?;
             self.force_outside(&dynamics.outside, g);
         }
-        self.force_by_inertia(dynamics.system.bodies());
+        self.force_by_inertia();
         let (mut by_place, mut by_motion) =
             (std::mem::take(&mut self.by_place), std::mem::take(&mut self.by_motion));
         self.reduce(&self.slopes.by_place, &mut by_place);
@@ -222,16 +226,19 @@ impl Variations {
     }
 
     /// What a semi-axis does to a body's own moments in Euler's equations.
-    pub(super) fn force_by_inertia(&mut self, bodies: &[Body]) {
-        for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
-            for (place, body) in bodies.iter().enumerate() {
-                let Some(slope) = parameter.of_inertia(body, place) else { continue };
-                let (inertia, spin) = (&self.inertia[place], &self.spin[place]);
-                let rate = over(&(self.torque[place] - spin.cross(&inertia.component_mul(spin))), inertia);
-                let turning = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
-                forcing[place][1] -= over(&turning, inertia);
-            }
+    pub(super) fn force_by_inertia(&mut self) {
+        for (of, forcing) in self.by_inertia.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
+            let Some((body, slope)) = *of else { continue };
+            let (inertia, spin) = (&self.inertia[body], &self.spin[body]);
+            let rate = over(&(self.torque[body] - spin.cross(&inertia.component_mul(spin))), inertia);
+            let turning = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
+            forcing[body][1] -= over(&turning, inertia);
         }
+    }
+
+    /// The derivative of a body's moments by a parameter.
+    pub(super) fn by_inertia(&self, parameter: usize, body: usize) -> Vec3 {
+        self.by_inertia[parameter].filter(|(of, _)| *of == body).map_or(Vec3::zeros(), |(_, slope)| slope)
     }
 
     /// From derivatives of loads to those of rates in relative coordinates.

@@ -234,12 +234,20 @@ impl FieldKernel for Far<'_> {
     #[inline(always)]
     fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
-        let u = (eta + eta.constant(1.0)) * inverse;
-        let fifth = u * u * u.sqrt();
+        let c = |value| eta.constant(value);
+        let u = (eta + c(1.0)) * inverse;
+        let cube = u * u.sqrt();
+        let fifth = cube * u;
         // The monopole's cut has no terms, and the first of these is not zero.
         let terms = self.cut.terms.max(1);
-        let [first, second, third] = polynomials(&self.series.second[..terms], u);
-        (self.field(x), [fifth * first, fifth * second, fifth * third])
+        let [r23, r31, r12] = polynomials(&self.series.second[..terms], u);
+        let second = [fifth * r23, fifth * r31, fifth * r12];
+        let [first, ..] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let first = fifth.mul_add(first, cube);
+        let [bc, ca, ab] = self.series.differences;
+        let rd_difference = [c(-bc) * second[0], c(-ca) * second[1], c(-ab) * second[2]];
+        let rd = [first, first + rd_difference[2], first - rd_difference[1]];
+        (PointField { rd, rd_difference, squares: self.squares(u) }, second)
     }
 
     fn square_differences(&self) -> [f64; 3] {

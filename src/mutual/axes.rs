@@ -17,12 +17,13 @@
 //! The field body's torque follows from M + N + o x F = 0.
 
 use super::gradient::ABREAST;
-use super::jacobian::in_bodies;
+use super::jacobian::Turns;
 use super::means::Place;
 use super::rule::Kernel;
 use super::{Balance, BodyGravity, Interaction, Pair, Pose, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::lanes::{Lanes, Total};
+use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
@@ -51,28 +52,25 @@ impl Pair {
             // Polyhedra have been refused.
             Kernel::Facets | Kernel::Layer(_) => return [[NONE; 3]; 2],
         };
-        let [of_field, of_set] = slopes.map(|balances| {
-            balances.map(|balance| {
-                let loads = in_bodies(&balance, rule.integrated, &pose, &roles, [field, set]);
-                let inverse = 1.0 / self.unit;
-                Interaction {
-                    force_on_first: loads.force_on_first * (inverse * inverse * inverse),
-                    torque_first: loads.torque_first * (inverse * inverse),
-                    torque_second: loads.torque_second * (inverse * inverse),
-                }
-            })
-        });
-        let (of_field, of_set) = (in_order(field, of_field), in_order(set, of_set));
-        if rule.integrated == 0 { [of_set, of_field] } else { [of_field, of_set] }
+        let turns = Turns::new(rule.integrated, &pose, &roles, [field, set]);
+        let inverse = 1.0 / self.unit;
+        let square = inverse * inverse;
+        let mut out = [[NONE; 3]; 2];
+        for (which, body) in [field, set].into_iter().enumerate() {
+            let place = if which == 1 { rule.integrated } else { 1 - rule.integrated };
+            for axis in 0..3 {
+                // From the canonical order of the axes to that of the body's frame.
+                let row = (0..3).find(|&row| body.canonical[(row, axis)] != 0.0).unwrap_or(axis);
+                let loads = turns.in_bodies(&slopes[which][row]);
+                out[place][axis] = Interaction {
+                    force_on_first: loads.force_on_first * (square * inverse),
+                    torque_first: loads.torque_first * square,
+                    torque_second: loads.torque_second * square,
+                };
+            }
+        }
+        out
     }
-}
-
-/// From the canonical order of the axes to that of the body's frame.
-fn in_order(body: &BodyGravity, canonical: [Interaction; 3]) -> [Interaction; 3] {
-    std::array::from_fn(|axis| {
-        let row = (0..3).find(|&row| body.canonical[(row, axis)] != 0.0).unwrap_or(axis);
-        canonical[row]
-    })
 }
 
 /// Of the field body and of the one that is integrated over, along their canonical axes.
@@ -86,37 +84,47 @@ fn slopes(
     let focal = set.focal_axes();
     let arms: [Vec3; 2] = std::array::from_fn(|k| roles.turn.column(k) * focal[k]);
     let sums = arch.dispatch(AxisSum { kernel, nodes, origin: roles.origin, arms });
-    let balance = |force: Vec3, torque: Vec3| Balance {
-        force,
-        torque,
-        torque_field: -(torque + roles.origin.cross(&force)),
-    };
     let (of_field, of_set) = (field.semi_axes(), set.semi_axes());
-    [
-        std::array::from_fn(|i| {
-            let [force, first, second] = [0, 1, 2].map(|m| sums.by_axes[m].row(i).transpose() * of_field[i]);
-            balance(force, arms[0].cross(&first) + arms[1].cross(&second))
-        }),
-        std::array::from_fn(|i| {
-            let e: Vec3 = roles.turn.column(i).into();
-            let factor = of_set[i] / 5.0;
-            let [force, first, second] = [0, 1, 2].map(|m| contract(&sums.third[m], &e) * factor);
-            let twist = e.cross(&(sums.gradient * e)) * (2.0 * factor);
-            balance(force, arms[0].cross(&first) + arms[1].cross(&second) + twist)
-        }),
-    ]
+    let zero = Vec3::zeros();
+    let mut all = [[Balance { force: zero, torque: zero, torque_field: zero }; 3]; 2];
+    for i in 0..3 {
+        let e = Vec3::new(roles.turn[(0, i)], roles.turn[(1, i)], roles.turn[(2, i)]);
+        let factor = of_set[i] / 5.0;
+        let twist = e.cross(&turned(&sums.gradient, &e)) * (2.0 * factor);
+        for (which, balance) in all.iter_mut().enumerate() {
+            let balance = &mut balance[i];
+            let mut means = [zero; 3];
+            for m in 0..3 {
+                let by = &sums.by_axes[m];
+                means[m] = match which {
+                    0 => Vec3::new(by[(i, 0)], by[(i, 1)], by[(i, 2)]) * of_field[i],
+                    _ => contract(&sums.third[m], &e) * factor,
+                };
+            }
+            balance.force = means[0];
+            balance.torque = arms[0].cross(&means[1]) + arms[1].cross(&means[2]);
+            if which == 1 {
+                balance.torque += twist;
+            }
+            balance.torque_field = -(balance.torque + roles.origin.cross(&balance.force));
+        }
+    }
+    all
 }
 
 /// T e e of a symmetric tensor without traces, by its components 000, 001, 002, 011, 012, 111 and 112.
 fn contract(t: &[f64; 7], e: &Vec3) -> Vec3 {
     let [t000, t001, t002, t011, t012, t111, t112] = *t;
     let (t022, t122, t222) = (-t000 - t011, -t001 - t111, -t002 - t112);
-    let slices = [
-        Mat3::new(t000, t001, t002, t001, t011, t012, t002, t012, t022),
-        Mat3::new(t001, t011, t012, t011, t111, t112, t012, t112, t122),
-        Mat3::new(t002, t012, t022, t012, t112, t122, t022, t122, t222),
-    ];
-    Vec3::from(slices.map(|slice| e.dot(&(slice * e))))
+    let [x, y, z] = [e.x, e.y, e.z];
+    let form = |xx: f64, xy: f64, xz: f64, yy: f64, yz: f64, zz: f64| {
+        xx * x * x + yy * y * y + zz * z * z + 2.0 * (xy * x * y + xz * x * z + yz * y * z)
+    };
+    Vec3::new(
+        form(t000, t001, t002, t011, t012, t022),
+        form(t001, t011, t012, t111, t112, t122),
+        form(t002, t012, t022, t112, t122, t222),
+    )
 }
 
 struct AxisSum<'a, K> {

@@ -52,17 +52,14 @@ impl Jacobian {
         integrated: usize,
         pose: &Pose,
         roles: &Roles,
-        [field, set]: [&BodyGravity; 2],
+        bodies: [&BodyGravity; 2],
     ) -> Self {
         let s = slopes;
-        // From the bodies' frames into the field body's canonical one, and from there into the inertial one.
-        let (rotation, sign) =
-            if integrated == 0 { (&pose.rotation_second, 1.0) } else { (&pose.rotation_first, -1.0) };
-        let of_field = &field.canonical;
-        let of_set = &times(&roles.turn, &set.canonical);
-        let to_inertial = &times_transposed(rotation, of_field);
-        let loads = in_bodies(&s.balance, integrated, pose, roles, [field, set]);
-        let torque_set = if integrated == 0 { loads.torque_first } else { loads.torque_second };
+        let turns = Turns::new(integrated, pose, roles, bodies);
+        let Turns { of_set, of_field, to_inertial, .. } = &turns;
+        let sign = if turns.first { 1.0 } else { -1.0 };
+        let loads = turns.in_bodies(&s.balance);
+        let torque_set = if turns.first { loads.torque_first } else { loads.torque_second };
         // The place is the separation for the second body in the field of the first, minus the separation otherwise.
         let by_separation = |slope: &Mat3| times_transposed(slope, to_inertial) * -sign;
         let set_by_separation = transposed_times(of_set, &by_separation(&s.force_by_turn.transpose()));
@@ -113,28 +110,42 @@ impl Jacobian {
     }
 }
 
-/// Loads in the field body's canonical frame as those of the first and the second body.
-pub(super) fn in_bodies(
-    balance: &Balance,
-    integrated: usize,
-    pose: &Pose,
-    roles: &Roles,
-    [field, set]: [&BodyGravity; 2],
-) -> Interaction {
-    let force = turned_back(&field.canonical, &balance.force);
-    let torque_field = turned_back(&field.canonical, &balance.torque_field);
-    let torque_set = turned_back(&set.canonical, &turned_back(&roles.turn, &balance.torque));
-    match integrated {
-        0 => Interaction {
-            force_on_first: turned(&pose.rotation_second, &force),
-            torque_first: torque_set,
-            torque_second: torque_field,
-        },
-        _ => Interaction {
-            force_on_first: -turned(&pose.rotation_first, &force),
-            torque_first: torque_field,
-            torque_second: torque_set,
-        },
+/// The turns from the frames of the bodies into the field body's canonical one, and from there into the inertial one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turns {
+    pub of_set: Mat3,
+    pub of_field: Mat3,
+    pub to_inertial: Mat3,
+    /// Whether the first body is integrated over.
+    pub first: bool,
+}
+
+impl Turns {
+    pub fn new(integrated: usize, pose: &Pose, roles: &Roles, [field, set]: [&BodyGravity; 2]) -> Self {
+        let first = integrated == 0;
+        let rotation = if first { &pose.rotation_second } else { &pose.rotation_first };
+        Self {
+            of_set: times(&roles.turn, &set.canonical),
+            of_field: field.canonical,
+            to_inertial: times_transposed(rotation, &field.canonical),
+            first,
+        }
+    }
+
+    /// Loads in the field body's canonical frame as those of the first and the second body.
+    #[inline(always)]
+    pub fn in_bodies(&self, balance: &Balance) -> Interaction {
+        let force = turned(&self.to_inertial, &balance.force);
+        let torque_field = turned_back(&self.of_field, &balance.torque_field);
+        let torque_set = turned_back(&self.of_set, &balance.torque);
+        if self.first {
+            return Interaction {
+                force_on_first: force,
+                torque_first: torque_set,
+                torque_second: torque_field,
+            };
+        }
+        Interaction { force_on_first: -force, torque_first: torque_field, torque_second: torque_set }
     }
 }
 

@@ -48,7 +48,8 @@ impl Flows for Mapped<'_> {
         self.covered += size;
         if self.splitting.parts() == Parts::Free {
             let columns = &mut self.linear.vector_mut()[..self.count];
-            let drifted = self.variations.drift_straight(self.equations, high, size, columns);
+            let layout = self.equations.layout();
+            let drifted = self.variations.drift_straight(layout, high, size, columns);
             drifted.ok_or_else(|| self.failed())?;
             return self.splitting.drift(self.equations, size, high, low, patience);
         }

@@ -29,7 +29,7 @@ class Jacobian(ArrayFields):
         The rates of change themselves: per body velocity, acceleration, spin and its rate, in the system's own units.
     rates : ndarray, (12 N, 12 N)
         Of the equations of motion: a small departure from the motion changes at this matrix times it. Per body
-        position, velocity, rotation vector and spin, in the system's own units.
+        position, velocity, rotation vector and spin, in the system's own units. Third bodies stay where they are.
     by_parameter : dict of ndarray, (12 N,)
         Of the equations of motion with the parameters that were asked for, by their names.
     """

@@ -63,7 +63,8 @@ class Differentiated:
     def transition(self) -> npt.NDArray[np.float64]:
         """Transition matrices (K, 12 N, 12 N): a departure from the start of the run times them is that from a sample.
 
-        In the system's own units, per body position, velocity, rotation vector in the body frame and spin.
+        In the system's own units, per body position, velocity, rotation vector in the body frame and spin. The nominal
+        barycentre departs with the start, and the paths of third bodies with it.
 
         Raises
         ------

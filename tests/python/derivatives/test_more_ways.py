@@ -127,18 +127,18 @@ def acceleration(system, state):
 def test_radiation():
     system, state = fullbody.systems.kw4()
     yorp = fullbody.forces.Yorp(
-        on="Alpha", pole=[0.1, 0.0, 1.0], obliquity=[0.0, 0.5, 1.0, 2.0, 3.2], along=[1e9, 2e9, -1e9, 1e9, 0.5e9],
+        on="Alpha", pole=[0.1, 0.0, 1.0], obliquity=[0.0, 0.5, 1.0, 2.0, np.pi], along=[1e9, 2e9, -1e9, 1e9, 0.5e9],
         across=[2e9, -1e9, 1e9, 2e9, 1e9], name="yorp",
     )  # fmt: skip
     system = system.with_forces([yorp])
     size = scales(system, state)
-    actual = system.jacobian(state).rates
-    for k in (6, 7, 8, 9, 10, 11):
+    bare = fullbody.System(system.bodies, G=system.G).jacobian(state).rates
+    actual = (system.jacobian(state).rates - bare)[9:12]
+    for k in range(6, 12):
         change = central_of_state(
             lambda by, k=k: yorp_rate(system, departed(state, 0, k // 3, k % 3, by)), 1e-3 * size[k]
         )
-        bare = fullbody.System(system.bodies, G=system.G).jacobian(state).rates
-        assert worst((actual - bare)[9:12, k], change) < 1e-7
+        assert worst(actual[:, k], change, np.abs(actual[:, 6:12]).max()) < 1e-7
 
 
 def yorp_rate(system, state):
@@ -162,7 +162,7 @@ def test_what_has_no_derivatives_is_refused_by_name():
     [
         fullbody.events.Separation("A", "B", 3.0, terminal=True),
         fullbody.events.Apoapsis("A", "B", terminal=True),
-        fullbody.events.PlaneCrossing("B", reference="A", normal=[0, 1, 0.3], terminal=True),
+        fullbody.events.PlaneCrossing("B", "A", normal=[0, 1, 0.3], terminal=True),
         fullbody.events.Function(lambda state: np.sin(state.attitude[0][1]) - 0.3 * state.spin[1][0], terminal=True),
     ],
     ids=["separation", "apoapsis", "plane", "function"],

@@ -146,7 +146,8 @@ def departure(one, other):
     for k in range(len(one.position)):
         turn = quaternion_product(one.attitude[k] * [1, -1, -1, -1], other.attitude[k])
         rows += [other.position[k] - one.position[k], other.velocity[k] - one.velocity[k]]
-        rows += [2 * np.arcsin(np.linalg.norm(turn[1:])) / np.linalg.norm(turn[1:]) * turn[1:] * np.sign(turn[0])]
+        sine = np.linalg.norm(turn[1:])
+        rows += [2 * np.arcsin(sine) / max(sine, 1e-300) * turn[1:] * np.sign(turn[0])]
         rows += [other.spin[k] - one.spin[k]]
     return np.concatenate(rows)
 
