@@ -9,7 +9,9 @@ use fullbody::math::Vec3;
 use fullbody::mutual::{Method, Store};
 use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
-use fullbody::trajectory::{Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{
+    Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
+};
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -96,7 +98,12 @@ fn alone(start: &Start, until: f64) -> (Trajectory, Statistics) {
     let mut member = member(start, until, Some(Condition::Periapsis { first: 0, second: 1 }));
     let mut simulation = Simulation::new(&start.0, &start.1, start.2).unwrap();
     let mut record = Trajectory::new(start.0.bodies().len());
-    let run = Run { output: &member.output, events: &mut member.events, dense: true, following: &Following::default() };
+    let run = Run {
+        output: &member.output,
+        events: &mut member.events,
+        dense: true,
+        following: &Following::default(),
+    };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     (record, simulation.statistics())
 }

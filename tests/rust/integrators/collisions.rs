@@ -9,7 +9,9 @@ use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
-use fullbody::trajectory::{Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{
+    Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
+};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;

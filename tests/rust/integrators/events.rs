@@ -7,7 +7,9 @@ use fullbody::integrate::Tolerance;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
 use fullbody::shape::{Body, Shape};
-use fullbody::trajectory::{Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{
+    Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
+};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
@@ -249,7 +251,12 @@ fn refusals() {
     for event in cases {
         let mut record = Trajectory::new(2);
         let mut simulation = Simulation::new(&system, &state, verner98(1e-8)).unwrap();
-        let run = Run { output: &Output::Steps, events: &mut [event], dense: false, following: &Following::default() };
+        let run = Run {
+            output: &Output::Steps,
+            events: &mut [event],
+            dense: false,
+            following: &Following::default(),
+        };
         let outcome = simulation.run(1.0, run, &mut record, &mut |_, _| ControlFlow::Continue(()));
         println!("{}", outcome.as_ref().unwrap_err());
         assert!(matches!(outcome, Err(Error::InvalidInput { .. })));

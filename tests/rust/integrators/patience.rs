@@ -10,7 +10,9 @@ use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{BodyGravity, Method, Pair, Pose};
 use fullbody::patience::{HOOK_INTERVAL, Patience, UNITS};
 use fullbody::shape::{Body, GivenPart, Meeting, Polyhedron, Shape};
-use fullbody::trajectory::{Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{
+    Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
+};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -380,7 +382,12 @@ fn the_inside_of_a_fixed_step() {
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         let go = |simulation: &mut Simulation, hook: &mut dyn FnMut() -> ControlFlow<()>| {
             let mut record = Trajectory::new(2);
-            let run = Run { output: &Output::Steps, events: &mut [], dense: true, following: &Following::default() };
+            let run = Run {
+                output: &Output::Steps,
+                events: &mut [],
+                dense: true,
+                following: &Following::default(),
+            };
             let outcome = simulation.run(1.0, run, &mut record, &mut |_, _| hook());
             (record, outcome)
         };
@@ -432,7 +439,8 @@ fn samples_and_events() {
         let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
         let mut record = Trajectory::new(2);
         let mut events = [Event::new(Condition::Periapsis { first: 0, second: 1 })];
-        let run = Run { output: &output, events: &mut events, dense: false, following: &Following::default() };
+        let run =
+            Run { output: &output, events: &mut events, dense: false, following: &Following::default() };
         let mut calls = 0;
         let outcome = simulation.run(10.0, run, &mut record, &mut |_, _| {
             calls += 1;

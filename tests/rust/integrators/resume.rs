@@ -7,7 +7,9 @@ use fullbody::error::{Error, Result};
 use fullbody::integrate::{Scheme, Statistics};
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::trajectory::{Condition, Event, Following, Integrator, Occurrence, Output, Run, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{
+    Condition, Event, Following, Integrator, Occurrence, Output, Run, Simulation, StopReason, Trajectory,
+};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
@@ -45,7 +47,8 @@ fn run(
     events: &mut [Event],
 ) -> (Trajectory, Result<()>) {
     let mut record = Trajectory::new(2);
-    let run = Run { output: &Output::Times(times.to_vec()), events, dense: true, following: &Following::default() };
+    let run =
+        Run { output: &Output::Times(times.to_vec()), events, dense: true, following: &Following::default() };
     let outcome = simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(()));
     (record, outcome)
 }
