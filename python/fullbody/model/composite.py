@@ -306,8 +306,8 @@ def warn_of_cancelling(name: str, masses: Any, tolerance: float) -> None:
     lost = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
     if masses[least] < 0.0 and lost > 100.0 * tolerance:
         caution(
-            f"parts {largest} and {least} of {name}, of {masses[largest]:g} and {masses[least]:g} in mass, nearly cancel:"
-            f" rounding leaves forces uncertain by {lost:.0e} of their size; gravity_tolerance is {tolerance:g}"
+            f"parts {largest} and {least} of {name}, of {masses[largest]:g} and {masses[least]:g} in mass, nearly"
+            f" cancel: rounding leaves forces uncertain by {lost:.0e} of their size; gravity_tolerance is {tolerance:g}"
         )
 
 
