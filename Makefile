@@ -26,7 +26,8 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check fmt docs bench fuzz \
+.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check \
+	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
 help:  ## this list

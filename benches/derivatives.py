@@ -2,8 +2,8 @@
 
     python benches/derivatives.py [hours] [rounds]
 
-The year is run alternately without derivatives, with the 24 x 24 transition matrix, with all masses and semi-axes
-too, and with the indicators of chaos; the ratios are medians over the rounds. Differences of runs take 25 years for the
+The year is run alternately without derivatives, with the 24 x 24 transition matrix, with all masses and semi-axes too,
+and with the indicators of chaos; the ratios are medians over the rounds. Differences of runs take 25 years for the
 matrix (one beside the motion itself for each of the 24 numbers), twice as many with central ones, and have half of the
 digits.
 """
@@ -21,8 +21,7 @@ ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 3
 def main():
     """Print the table."""
     print(
-        f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, a sample a day; {ROUNDS} rounds; "
-        "ratios to the run without derivatives"
+        f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, a sample a day; {ROUNDS} rounds; ratios to the run without them"
     )
     for gravity in ("focal", "surface", "multipole:4"):
         system, state = fullbody.systems.kw4(gravity=gravity)

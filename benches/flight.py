@@ -83,9 +83,8 @@ def main():
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         flight, clock, cpu = timed(lambda: system.fly(state, fullbody.Particles(x, v), 2.0))
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        print(
-            f"{flight}: {clock:.1f} s, processor {cpu:.1f} s, {most / 2**20:.2f} GiB at most, {before / 2**20:.2f} before"
-        )
+        memory = f"{most / 2**20:.2f} GiB at most, {before / 2**20:.2f} before"
+        print(f"{flight}\n  {clock:.1f} s, processor {cpu:.1f} s, {memory}")
 
 
 if __name__ == "__main__":

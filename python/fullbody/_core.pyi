@@ -142,7 +142,7 @@ class System:
 
 @disjoint_base
 class Condition:
-    def slopes(self, system: System, state: State) -> tuple[list[float], float]: ...
+    def slopes(self, system: System, state: State) -> tuple[_Array, float]: ...
     @final
     class Separation(Condition):
         __match_args__ = ("first", "second", "value")
@@ -254,7 +254,9 @@ class Simulation:
     @property
     def statistics(self) -> tuple[int, int, int]: ...
     @property
-    def rules(self) -> list[tuple[int, int, int, int, tuple[int, int]]]: ...
+    def rules(
+        self,
+    ) -> list[tuple[list[int], list[int] | None, str, tuple[int, int, tuple[int, int]] | None]]: ...
     def step(self, end: float) -> None: ...
     def integrate(
         self,

@@ -183,7 +183,7 @@ impl Dynamics {
         while let Some(&(i, j, _)) = self.links.get(index) {
             patience.spend(CHOICE, time)?;
             let pose = self.pose(y, i, j);
-            let growth = self.system.check_apart(i, j, &pose, time)?;
+            let growth = self.system.check_apart(i, j, &pose, time, patience)?;
             let foreseen = self.foresee(y, i, j, &pose, growth, step);
             while let Some((a, b, link)) = self.links.get_mut(index)
                 && (*a, *b) == (i, j)

@@ -1,6 +1,6 @@
 //! The rates of change of departures, many at a time.
 
-use super::Variations;
+use crate::math::Vec3;
 use pulp::{Scalar, Simd, WithSimd};
 
 /// Numbers of a column that are multiplied at a time.
@@ -8,7 +8,15 @@ pub(super) const DEPTH: usize = 9;
 
 /// The equations without the terms of parameters, over lanes of columns.
 pub(super) struct Rates<'a> {
-    pub variations: &'a Variations,
+    /// Half the rows, and columns.
+    pub size: [usize; 2],
+    /// A and B, with the row of the columns that each begins with, and the length of their rows.
+    pub parts: [(&'a [f64], usize); 2],
+    pub stride: usize,
+    /// The row of the first body's theta; spins and moments of inertia.
+    pub turn: usize,
+    pub spin: &'a [Vec3],
+    pub inertia: &'a [Vec3],
     pub columns: &'a [f64],
     pub rates: &'a mut [f64],
 }
@@ -18,7 +26,7 @@ impl WithSimd for Rates<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        if self.variations.width() < S::F64_LANES {
+        if self.size[1] < S::F64_LANES {
             return self.by(Scalar);
         }
         self.by(simd);
@@ -28,8 +36,8 @@ impl WithSimd for Rates<'_> {
 impl Rates<'_> {
     #[inline(always)]
     fn by<S: Simd>(self, simd: S) {
-        let Self { variations: v, columns, rates } = self;
-        let (half, width, lanes) = (v.half(), v.width(), S::F64_LANES);
+        let Self { size: [half, width], parts, stride, columns, rates, .. } = self;
+        let lanes = S::F64_LANES;
         let zero = simd.splat_f64s(0.0);
         for first in (0..width).step_by(lanes) {
             // The last lanes overlap those before.
@@ -40,16 +48,15 @@ impl Rates<'_> {
                 let p = load(columns, half + k);
                 store::<S>(rates, k * width + first, p);
             }
-            let parts = [(&v.by_place, 0), (&v.by_motion, half)];
             let blocks = parts.iter().flat_map(|&(matrix, from)| {
-                (0..matrix.len().min(v.stride)).step_by(DEPTH).map(move |block| (matrix, from, block))
+                (0..matrix.len().min(stride)).step_by(DEPTH).map(move |block| (matrix, from, block))
             });
             for (matrix, from, block) in blocks {
                 let mut q = [zero; DEPTH];
                 for k in 0..DEPTH.min(half - block) {
                     q[k] = load(columns, from + block + k);
                 }
-                for (row, weights) in matrix.chunks_exact(v.stride).enumerate() {
+                for (row, weights) in matrix.chunks_exact(stride).enumerate() {
                     let weights = &weights[block..block + DEPTH];
                     let mut sum = if from + block == 0 { zero } else { load(rates, half + row) };
                     for k in 0..DEPTH {
@@ -58,8 +65,8 @@ impl Rates<'_> {
                     store::<S>(rates, (half + row) * width + first, sum);
                 }
             }
-            for body in 0..v.bodies {
-                let (spin, inertia, row) = (&v.spin[body], &v.inertia[body], v.turn(body));
+            for (body, (spin, inertia)) in self.spin.iter().zip(self.inertia).enumerate() {
+                let row = self.turn + 3 * body;
                 for i in 0..3 {
                     let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                     let ratio = if inertia[i] > 0.0 { (inertia[k] - inertia[j]) / inertia[i] } else { 0.0 };

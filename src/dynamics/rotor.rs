@@ -68,7 +68,7 @@ impl Top {
 
     /// Changes of attitude and spin over a time without torque.
     ///
-    /// Two rotations for a body with two equal moments; for any other see [`Triaxial`], and `None` where it turns farther than
+    /// Two rotations for a body with two equal moments; for any other see `Triaxial`, and `None` where it turns farther than
     /// [`FARTHEST`].
     #[inline]
     pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
@@ -87,7 +87,7 @@ impl Top {
 /// An angle that a freely rotating body with three different moments does not turn beyond in a time.
 ///
 /// The spin stays below |L| over the smallest moment. For a needle that tumbles end over end that is too large by the ratio of its
-/// moments, and beyond [`FEW`] a second bound is taken where it is smaller: every component of the spin stays below its value where
+/// moments, and beyond `FEW` a second bound is taken where it is smaller: every component of the spin stays below its value where
 /// L^2 and the energy T, both conserved, leave nothing to one of the others. With I_1 < I_2 < I_3,
 /// L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and 2 T I_3 - L^2 = I_1 (I_3 - I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
 pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {

@@ -197,7 +197,7 @@ impl System {
             patience.spend(CHECK, state.time)?;
             let pose = pose(state, i, j);
             self.check_reach(i, j, &pose)?;
-            self.check_apart(i, j, &pose, state.time)?;
+            self.check_apart(i, j, &pose, state.time, patience)?;
         }
         Ok(())
     }
@@ -221,14 +221,21 @@ impl System {
 
     /// Refuses bodies that overlap. Returns the factor by which the bodies must grow to touch: infinite where their
     /// circumscribed spheres are apart.
-    pub(super) fn check_apart(&self, i: usize, j: usize, pose: &Pose, time: f64) -> Result<f64> {
+    pub(super) fn check_apart(
+        &self,
+        i: usize,
+        j: usize,
+        pose: &Pose,
+        time: f64,
+        patience: &mut Patience,
+    ) -> Result<f64> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
         let distance = pose.separation.norm();
         if distance > 0.0 && distance >= first.circumradius() + second.circumradius() {
             return Ok(f64::INFINITY);
         }
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let meeting = Meeting::of([first, second], &pose.separation, rotations)?;
+        let meeting = Meeting::of([first, second], &pose.separation, rotations, time, patience)?;
         if meeting.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });
@@ -400,7 +407,7 @@ fn in_range(what: &str, values: &[f64]) -> Result<()> {
 }
 
 /// The relative pose of two bodies of a state.
-fn pose(state: &State, i: usize, j: usize) -> Pose {
+pub(super) fn pose(state: &State, i: usize, j: usize) -> Pose {
     Pose {
         separation: state.position[j] - state.position[i],
         rotation_first: rotation::matrix(state.attitude[i]),

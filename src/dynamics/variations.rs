@@ -288,7 +288,16 @@ impl Variations {
     /// The rates of change of a matrix of departures where [`Self::look`] was last. Allocates nothing.
     pub fn rates(&self, arch: Arch, columns: &[f64], rates: &mut [f64]) {
         let (half, width) = (self.half(), self.width());
-        arch.dispatch(Rates { variations: self, columns, rates });
+        arch.dispatch(Rates {
+            size: [half, width],
+            parts: [(&self.by_place, 0), (&self.by_motion, half)],
+            stride: self.stride,
+            turn: self.turn(0),
+            spin: &self.spin,
+            inertia: &self.inertia,
+            columns,
+            rates,
+        });
         for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
             let column = self.initial + k;
             let mut push = |row: usize, value: &Vec3, factor: f64| {

@@ -3,7 +3,7 @@
 use crate::math::Mat3;
 use crate::mutual::Jacobian;
 
-/// Which three numbers of a body: rows are [`Self::CENTRE`] for the force, inertial, and [`Self::TURN`] for the torque, in its
+/// Which three numbers of a body: rows are `CENTRE` for the force, inertial, and `TURN` for the torque, in its
 /// frame. Columns are position or velocity, and a rotation vector in the body frame or the spin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Triple(usize);

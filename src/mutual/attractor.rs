@@ -41,19 +41,19 @@ impl BodyGravity {
     /// The same in units of `unit`, with a polyhedron's facets.
     pub(super) fn in_unit(&self, unit: f64) -> Self {
         let mut scaled = Self::new(&self.name, &self.shape.scaled(1.0 / unit), &self.store);
-        scaled.facets = scaled.polyhedron().map(|polyhedron| Arc::new(Facets::new(polyhedron, 1.0)));
+        scaled.facets = scaled.polyhedron().map(|polyhedron| self.store.facets(polyhedron));
         scaled
     }
 
     /// A vector of the canonical frame, in the body frame.
     #[inline(always)]
-    pub(super) fn from_canonical(&self, v: Vec3) -> Vec3 {
+    pub(super) fn in_body(&self, v: Vec3) -> Vec3 {
         if self.sorted { v } else { turned_back(&self.canonical, &v) }
     }
 
     /// What turns another frame into the body's, as what turns it into the canonical one.
     #[inline(always)]
-    pub(super) fn into_canonical(&self, turn: Mat3) -> Mat3 {
+    pub(super) fn to_canonical(&self, turn: Mat3) -> Mat3 {
         if self.sorted { turn } else { self.canonical * turn }
     }
 
@@ -75,7 +75,7 @@ impl BodyGravity {
         let Some(polyhedron) = self.polyhedron() else {
             return Err(Error::invalid(&self.name, "without faces", "a polyhedron"));
         };
-        Layer::new(polyhedron, degree, arch, patience).map(Arc::new)
+        self.store.layer(polyhedron, degree, arch, patience)
     }
 
     pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {

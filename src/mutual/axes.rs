@@ -1,11 +1,13 @@
 //! The derivatives of force and torques by the semi-axes of either body, at constant masses.
 //!
 //! Of the body that is integrated over: with s = 1 on its surface and 0 in its centre, partial integration over the body gives for the mean of any
-//! harmonic h that d<h>/da_i = (a_i/5) <d^2 h/dy_i^2>', <.>' the mean by a density in proportion to 1 - s^2. By Ferrers' potentials that
+//! harmonic h that `d<h>/da_i = (a_i/5) <d^2 h/dy_i^2>'`, `<.>'` the mean by a density in proportion to 1 - s^2. By Ferrers' potentials that
 //! one stands on the focal ellipse too, in proportion to (1 - x^2/(a^2-c^2) - y^2/(b^2-c^2))^(3/2). There is no 0/0 for equal axes. With
 //! T the third derivatives of the field body's potential along the axis e_i,
 //!
-//!   dF/da_i = (a_i/5) <T e_i e_i>',   dM/da_i = (a_i/5) <z x T e_i e_i + 2 e_i x H e_i>'.
+//! ```text
+//! dF/da_i = (a_i/5) <T e_i e_i>',   dM/da_i = (a_i/5) <z x T e_i e_i + 2 e_i x H e_i>'.
+//! ```
 //!
 //! Of the field body: with R_ij = (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2) (t+a_j^2)) from kappa on,
 //!

@@ -1,11 +1,13 @@
 //! The derivatives of force and torques as means of the other body's field gradient, over the nodes of [`super::means`].
 //!
 //! With x = o + z, z = sum_k e_k y_k the arm of a node, g the field and H = dg/dx, the force on the body that is integrated over
-//! is F = <g>, its torque M = <z x g> and that of the field body N = <-x x g>. A step of o by do and a turn of the arms by alpha give
+//! is `F = <g>`, its torque `M = <z x g>` and that of the field body `N = <-x x g>`. A step of o by do and a turn of the arms by alpha give
 //!
-//!   dF = <H> do + <H (alpha x z)>,
-//!   dM = <z x H do> + <(alpha x z) x g + z x H (alpha x z)>,
-//!   dN = <dn/dx> do + <dn/dx (alpha x z)>,   n = -x x g,
+//! ```text
+//! dF = <H> do + <H (alpha x z)>,
+//! dM = <z x H do> + <(alpha x z) x g + z x H (alpha x z)>,
+//! dN = <dn/dx> do + <dn/dx (alpha x z)>,   n = -x x g,
+//! ```
 //!
 //! so that the means of H, H y_k, H y_k y_l, dn/dx and dn/dx y_k are all that is summed. From a distance n is much smaller than
 //! |x| |g|: with Q_i the differences of the R_i, n_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f n_2 n_3 n_j (a_3^2 - a_2^2) / (x_2 x_3) in the

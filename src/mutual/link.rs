@@ -25,6 +25,8 @@ pub struct Link {
 
 #[derive(Debug, Clone)]
 struct Arms {
+    /// The numbers of the parts in their bodies.
+    parts: [usize; 2],
     /// Product of the parts' shares of the masses of their bodies.
     share: f64,
     places: [Option<Place>; 2],
@@ -83,7 +85,7 @@ impl Link {
         let terms = bodies.map(|body| body.mass_without_signs() / body.mass);
         let tolerance = (tolerance / (terms[0] * terms[1])).max(tolerance.min(ROUND_OFF));
         let share = (first.mass / bodies[0].mass) * (second.mass / bodies[1].mass);
-        let arms = Box::new(Arms { share, places: [first.place, second.place] });
+        let arms = Box::new(Arms { parts, share, places: [first.place, second.place] });
         Self { pair: pair(gravity, tolerance), arms: Some(arms) }
     }
 
@@ -171,6 +173,16 @@ impl Link {
                 .axis_slopes(&arms.pose(pose))
                 .map(|body| body.map(|loads| arms.about_centres(pose, loads))),
         }
+    }
+
+    /// The numbers of the parts in their bodies; none of two ordinary bodies.
+    pub fn parts(&self) -> Option<[usize; 2]> {
+        self.arms.as_ref().map(|arms| arms.parts)
+    }
+
+    /// As [`Pair::points`].
+    pub fn points(&self, pose: &Pose) -> Option<usize> {
+        self.pair.points(&self.pose(pose))
     }
 
     /// The pair of two ordinary bodies, whose interaction is this.

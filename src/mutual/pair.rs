@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::math::matrix::times;
 use crate::math::rotation::{turned, turned_back};
 use crate::patience::{Patience, UNITS};
-use crate::quadrature::Order;
+use crate::quadrature::{Cell, Order};
 use crate::shape::{Shape, growth};
 use pulp::Arch;
 use std::ops::Range;
@@ -82,6 +82,21 @@ impl Pair {
     /// The quadrature in force, if the method has one and a state has been seen.
     pub fn rule(&self) -> Option<&Rule> {
         self.rule.as_ref()
+    }
+
+    /// The method; that of points for two points.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// The points of the rule in force at a pose.
+    pub fn points(&self, pose: &Pose) -> Option<usize> {
+        let rule = self.rule.as_ref()?;
+        let pose = self.scaled(pose);
+        let roles = self.roles(rule.integrated, &pose);
+        let of = |cell: Cell| cell.points * cell.points;
+        let faces = self.faces(rule, &roles).map(|faces| faces.cells(&Self::ALL).map(of).sum());
+        Some(faces.unwrap_or(rule.nodes()))
     }
 
     /// Units of work of an evaluation with the rule in force, for [`crate::patience::Patience`].
@@ -247,9 +262,9 @@ impl Pair {
                 None => sampled::force_and_torque(self.arch, field, rule, &roles, nodes),
             },
         };
-        let torque_field = field.from_canonical(balance.torque_field);
-        let torque_set = set.from_canonical(turned_back(&roles.turn, &balance.torque));
-        let force = field.from_canonical(balance.force);
+        let torque_field = field.in_body(balance.torque_field);
+        let torque_set = set.in_body(turned_back(&roles.turn, &balance.torque));
+        let force = field.in_body(balance.force);
         match rule.integrated {
             0 => Interaction {
                 force_on_first: turned(&pose.rotation_second, &force),
@@ -322,7 +337,7 @@ impl Pair {
             0 => (&pose.rotation_second, &pose.rotation_first, -pose.separation),
             _ => (&pose.rotation_first, &pose.rotation_second, pose.separation),
         };
-        let to_field = field.into_canonical(rotation_field.transpose());
+        let to_field = field.to_canonical(rotation_field.transpose());
         Roles {
             origin: turned(&to_field, &separation),
             turn: set.out_of_canonical(times(&to_field, rotation_set)),

@@ -1,15 +1,21 @@
 //! What pairs of equal shapes have in common, made once.
 
-use crate::gravity::FarSeries;
+use crate::error::Result;
+use crate::gravity::{Facets, FarSeries, Layer};
+use crate::patience::Patience;
 use crate::quadrature::{Nodes, Order};
-use crate::shape::Shape;
+use crate::shape::{Polyhedron, Shape};
+use pulp::Arch;
 use std::collections::HashMap;
-use std::hash::Hash;
+use std::hash::{Hash, Hasher};
+use std::mem::{Discriminant, discriminant};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Points of nodes, and series, of which a store forgets all when it has more: some thirty megabytes and four.
+/// Points of nodes, series, and faces of polyhedra, of which a store forgets all when it has more: some thirty megabytes, four and
+/// thirty.
 const MOST_POINTS: usize = 1 << 20;
 const MOST_SERIES: usize = 1 << 12;
+const MOST_FACES: usize = 1 << 17;
 
 /// The points that stand for the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +56,28 @@ impl Carrier {
 type Maker = fn(Order, [f64; 3]) -> Nodes;
 type NodesKey = (Order, (u8, [u64; 3]));
 
-/// Nodes by order and far-field series by shape, for all pairs that are given the same store, in whatever threads they are.
+/// A polyhedron as a key: copies of one and the same are equal, and the key keeps it.
+#[derive(Debug, Clone)]
+struct Same(Polyhedron);
+
+impl PartialEq for Same {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.identity() == other.0.identity()
+    }
+}
+
+impl Eq for Same {}
+
+impl Hash for Same {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.0.identity().hash(state);
+    }
+}
+
+/// A polyhedron, the degree of its layer, and the instructions by which that was made.
+type LayerKey = (Same, usize, Discriminant<Arch>);
+
+/// Nodes by order, far-field series by shape, and what polyhedra take, for all pairs that are given the same store, in whatever threads they are.
 ///
 /// A pair looks here when it is made and when it takes an order that is new to it, never while it is evaluated. What it
 /// finds has the same bits as what it would make itself.
@@ -58,6 +85,8 @@ type NodesKey = (Order, (u8, [u64; 3]));
 pub struct Store {
     nodes: Mutex<HashMap<NodesKey, Arc<Nodes>>>,
     series: Mutex<HashMap<[u64; 3], Arc<FarSeries>>>,
+    facets: Mutex<HashMap<Same, Arc<Facets>>>,
+    layers: Mutex<HashMap<LayerKey, Arc<Layer>>>,
 }
 
 impl Store {
@@ -74,14 +103,37 @@ impl Store {
         kept(&self.series, key, |_| 1, MOST_SERIES, || FarSeries::new(shape))
     }
 
-    /// How many rules and series there are.
-    pub fn len(&self) -> [usize; 2] {
-        [count(&self.nodes), count(&self.series)]
+    /// The facets of a polyhedron.
+    pub(super) fn facets(&self, polyhedron: &Polyhedron) -> Arc<Facets> {
+        let (key, count) = (Same(polyhedron.clone()), polyhedron.faces().len());
+        kept(&self.facets, key, |_| count, MOST_FACES, || Facets::new(polyhedron, 1.0))
+    }
+
+    /// The layer of a polyhedron. Threads that want the same one at a time make it each.
+    pub(super) fn layer(
+        &self,
+        polyhedron: &Polyhedron,
+        degree: usize,
+        arch: Arch,
+        patience: &mut Patience,
+    ) -> Result<Arc<Layer>> {
+        let key = (Same(polyhedron.clone()), degree, discriminant(&arch));
+        let found = self.layers.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(layer) = found {
+            return Ok(layer);
+        }
+        let layer = Layer::new(polyhedron, degree, arch, patience)?;
+        Ok(kept(&self.layers, key, |layer| layer.count, MOST_POINTS, || layer))
+    }
+
+    /// How many rules, series, polyhedra with facets, and layers there are.
+    pub fn len(&self) -> [usize; 4] {
+        [count(&self.nodes), count(&self.series), count(&self.facets), count(&self.layers)]
     }
 
     /// Whether nothing has been made yet.
     pub fn is_empty(&self) -> bool {
-        self.len() == [0, 0]
+        self.len() == [0; 4]
     }
 }
 

@@ -3,7 +3,9 @@
 //! On the surface y = (a u, b v, c w) over the unit sphere, n dS = a b c (u/a, v/b, w/c) dOmega and the density of unit
 //! mass is 3 / (4 pi a b c), so that with <.> the mean over the sphere
 //!
-//!   F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
+//! ```text
+//! F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
+//! ```
 //!
 //! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in closed form:
 //! they give no force and the force -x_0/|x_0|^3, and no torque, but would drown the rest in their round-off. What is

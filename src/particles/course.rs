@@ -221,10 +221,7 @@ fn sum<S: Simd>(
     let (row, first) = (width / S::F64_LANES, first / S::F64_LANES);
     let count = out.len().min(row - first);
     let out = &mut out[..count];
-    let part = &registers[row + first..][..count];
-    for k in 0..count {
-        out[k] = part[k];
-    }
+    out.copy_from_slice(&registers[row + first..][..count]);
     let mut place = 2 * row + first;
     for term in 0..registers.len() / row - 2 {
         let value = simd.splat_f64s(basis[term]);

@@ -1,6 +1,6 @@
 //! The flight of particles along a run: stretches of the bodies' course one after the other, batches of particles over threads.
 
-use super::course::Course;
+use super::course::{Course, Pose};
 use super::fate::{Contact, Particle, Place, Rules};
 use super::outside::{Outside, Radiation};
 use super::pull::Puller;
@@ -141,20 +141,21 @@ impl Plan<'_> {
             }
         }
         let constant = system.gravitational_constant();
+        let mut course = Course::new(dense.frame(), dense.pieces());
+        let surfaces: Vec<Surface> = system.bodies().iter().map(Surface::new).collect();
         let pullers = {
             let mut inside = || hook(Progress { start, time: start, end: until });
             let patience = &mut Patience::new(&mut inside);
-            let bodies = system.bodies().iter();
-            bodies
-                .map(|body| Puller::new(body, constant, system.arch(), patience))
-                .collect::<Result<Vec<_>>>()
+            let poses: Vec<Pose> = (0..surfaces.len()).map(|body| course.pose(body, start)).collect();
+            for (index, particle) in particles.iter_mut().enumerate() {
+                let work: u64 = surfaces.iter().map(Surface::work).sum();
+                patience.spend(work, start)?;
+                particle.check(index)?;
+                begin(&poses, &surfaces, system, index, particle)?;
+            }
+            let puller = |body| Puller::new(body, constant, system.arch(), patience);
+            system.bodies().iter().map(puller).collect::<Result<Vec<_>>>()
         }?;
-        let surfaces: Vec<Surface> = system.bodies().iter().map(Surface::new).collect();
-        let mut course = Course::new(dense.frame(), dense.pieces());
-        for (index, particle) in particles.iter_mut().enumerate() {
-            particle.check(index)?;
-            begin(&course, &surfaces, system, index, particle)?;
-        }
         flown.samples.resize(6 * self.output.len() * particles.len(), f64::NAN);
         if self.output.first() == Some(&start) {
             let rows = flown.samples.chunks_exact_mut(6 * self.output.len());
@@ -235,15 +236,14 @@ impl Plan<'_> {
 
 /// Places a particle at the start. Refuses one that is inside a body.
 fn begin(
-    course: &Course,
+    poses: &[Pose],
     surfaces: &[Surface],
     system: &System,
     index: usize,
     particle: &mut Particle,
 ) -> Result<()> {
     let (x, v) = (particle.position(), particle.velocity());
-    for (body, surface) in surfaces.iter().enumerate() {
-        let pose = course.pose(body, particle.time);
+    for (body, (surface, pose)) in surfaces.iter().zip(poses).enumerate() {
         let (place, _) = pose.within(&x, &v);
         if surface.contains(&place) {
             let name = &system.bodies()[body].name;

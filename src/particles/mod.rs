@@ -7,6 +7,7 @@
 mod course;
 mod fate;
 mod flight;
+mod ground;
 mod outside;
 mod pull;
 mod push;

@@ -3,7 +3,7 @@
 //! Radiation pushes a particle away from its source by (strength / d^2) (area-to-mass ratio) (visible part of the source's disc).
 
 use super::course::{Block, COLUMNS};
-use super::shadow::{Occulter, rule, visible};
+use super::shadow::Disc;
 use crate::dynamics::{BarycentricFrame, State, System};
 use crate::environment::{Environment, PointPull};
 use crate::error::{Error, Result, require_finite};
@@ -35,9 +35,7 @@ struct Light {
     /// Its place among the third bodies.
     source: usize,
     strength: f64,
-    radius: f64,
-    occulters: Vec<Occulter>,
-    rule: Vec<[f64; 2]>,
+    disc: Disc,
 }
 
 impl Outside {
@@ -56,14 +54,7 @@ impl Outside {
                     return Err(Error::invalid(format!("{what} of Radiation"), value, "zero or more"));
                 }
             }
-            let occulters = bodies.iter().enumerate().flat_map(|(index, body)| Occulter::of(index, body));
-            Ok(Light {
-                source,
-                strength: radiation.strength,
-                radius: radiation.radius,
-                occulters: occulters.collect(),
-                rule: rule(),
-            })
+            Ok(Light { source, strength: radiation.strength, disc: Disc::new(radiation.radius, bodies) })
         };
         Ok(Self { light: radiation.map(light).transpose()?, pulls })
     }
@@ -96,12 +87,12 @@ impl Outside {
         for (index, pull) in self.pulls.iter_mut().enumerate() {
             let place = pull.place(time)?;
             sum += pull.acceleration(&place, x);
-            if let Some(light) = &self.light
+            if let Some(light) = &mut self.light
                 && light.source == index
                 && area_to_mass != 0.0
             {
                 let towards = place.position - x;
-                let seen = light.seen(&towards, |body| {
+                let seen = light.disc.visible(&towards, |body| {
                     let number = |c: usize| columns[COLUMNS * body + c][lane];
                     (matrix([3, 4, 5, 6].map(number)), x - Vec3::from([0, 1, 2].map(number)))
                 });
@@ -115,9 +106,9 @@ impl Outside {
     /// The visible part of the source's disc from a place, with a body's rotation and the place from its centre; all of it where there
     /// is no light.
     pub fn seen(&mut self, time: f64, x: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
-        let Some(light) = &self.light else { return Ok(1.0) };
+        let Some(light) = &mut self.light else { return Ok(1.0) };
         let towards = self.pulls[light.source].place(time)?.position - x;
-        Ok(light.seen(&towards, place))
+        Ok(light.disc.visible(&towards, place))
     }
 }
 
@@ -141,10 +132,4 @@ pub fn visible_from(
         outside.seen(state.time, &(point - origin), |body| (turns[body], point - state.position[body]))
     };
     points.iter().map(part).collect()
-}
-
-impl Light {
-    fn seen(&self, towards: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
-        visible(&self.occulters, &self.rule, towards, self.radius, place)
-    }
 }

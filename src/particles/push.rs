@@ -3,17 +3,16 @@
 //! Each lane of a block has a particle until that has come to the end of the stretch or of its flight; then it takes the next
 //! one of the batch. Since lanes do not depend on each other, neither do results on how particles are batched.
 
-use super::course::{Block, COLUMNS};
-use super::fate::{Contact, End, Fate, Particle, Place, Rules};
+use super::course::COLUMNS;
+use super::fate::{End, Fate, Particle, Place, Rules};
 use super::outside::Outside;
 use super::stage::{Stages, World};
-use super::surface::{Landing, Meeting, Surface, motion_at};
+use super::surface::{Meeting, Surface, motion_at};
 use super::watch::{Happened, Origin, Watch, scan};
 use crate::error::{Error, Result};
-use crate::integrate::{Controller, Segment, root};
+use crate::integrate::{Segment, root};
 use crate::math::Vec3;
 use crate::math::lanes::BLOCK;
-use crate::math::rotation::turned_back;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// First step, in units of the time in which a particle would pass the distance from the nearest centre.
@@ -21,9 +20,6 @@ const FIRST: f64 = 0.01;
 
 /// By how much rounding may exceed what bounds are made for, relative to distances.
 const MARGIN: f64 = 1e-9;
-
-/// Looks for a lift-off in each step of the bodies.
-const LOOKS: usize = 4;
 
 /// What all batches share.
 pub struct Flying<'a> {
@@ -53,14 +49,14 @@ pub struct Flying<'a> {
 
 /// A batch under way.
 pub struct Batch<'a, 'b> {
-    flying: &'b Flying<'a>,
+    pub(super) flying: &'b Flying<'a>,
     stages: Stages<'a>,
     /// For the acceleration of particles at rest.
-    probe: Stages<'a>,
+    pub(super) probe: Stages<'a>,
     watcher: Outside,
     /// Number of the first particle.
     first: usize,
-    particles: &'b mut [Particle],
+    pub(super) particles: &'b mut [Particle],
     /// Six numbers an output and particle, particle by particle.
     samples: &'b mut [f64],
     /// Centres of the bodies where the steps begin.
@@ -123,31 +119,6 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
     }
 
-    /// Takes a particle that does not fly to the end of the stretch, or to where it lifts off. Whether it is to fly then.
-    fn carry(&mut self, index: usize) -> Result<bool> {
-        let particle = &self.particles[index];
-        let Place::On { body, place, normal, held } = particle.place else {
-            return Ok(matches!(particle.place, Place::Flying { .. }) && particle.time != self.flying.end);
-        };
-        let (start, end) = (particle.time, self.flying.end);
-        let off = if held { None } else { self.lift(index, body, (&place, &normal), start, end)? };
-        let until = off.unwrap_or(end);
-        let course = self.flying.world.course;
-        while let Some(time) = self.due(index, until, true) {
-            let (x, v) = course.pose(body, time).without(&place, &Vec3::zeros());
-            self.record(index, &x, &v);
-        }
-        let (x, v) = course.pose(body, until).without(&place, &Vec3::zeros());
-        let particle = &mut self.particles[index];
-        particle.put(until, &x, &v);
-        if off.is_some() {
-            particle.place = Place::Flying { departing: true };
-            particle.next = 0.0;
-            particle.end = End::default();
-        }
-        Ok(off.is_some() && until != end)
-    }
-
     fn load(&mut self, lane: usize, index: usize) {
         let particle = &self.particles[index];
         let stages = &mut self.stages;
@@ -170,8 +141,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             let planned = lanes[lane].map_or(0.0, |index| self.plan(index, lane));
             let time = self.stages.time[lane];
             let remaining = end - time;
-            let last = !(planned < remaining.abs());
-            ends[lane] = if last { end } else { time + direction * planned };
+            ends[lane] = if planned < remaining.abs() { time + direction * planned } else { end };
             self.stages.size[lane] = ends[lane] - time;
         }
         self.stages.attempt()?;
@@ -353,121 +323,14 @@ impl<'a, 'b> Batch<'a, 'b> {
         Ok(true)
     }
 
-    /// A particle at a surface.
-    fn strike(&mut self, index: usize, body: usize, meeting: Meeting, x: &Vec3, v: &Vec3) -> Result<()> {
-        let time = meeting.time;
-        let pose = self.flying.world.course.pose(body, time);
-        let landing = self.flying.surfaces[body].landing(&pose, meeting.part, (x, v));
-        let Landing { place, normal, velocity } = landing;
-        let inwards = velocity.dot(&normal);
-        let across = velocity - normal * inwards;
-        let end = End {
-            fate: Fate::Impact,
-            time,
-            body: Some(body),
-            longitude: place.y.atan2(place.x),
-            latitude: place.z.atan2(place.x.hypot(place.y)),
-            speed: velocity.norm(),
-            incidence: across.norm().atan2(-inwards),
-        };
-        let held = Place::On { body, place, normal, held: true };
-        self.particles[index].strikes += 1;
-        let (moving, end, place) = match self.flying.rules.contact {
-            Contact::Stop => (pose.without(&place, &Vec3::zeros()), end, held),
-            Contact::Remove => ((*x, *v), end, Place::Gone),
-            Contact::Bounce { normal: along, tangential, rest } => {
-                let out = across * tangential - normal * (along * inwards);
-                if -along * inwards < rest
-                    && self.pushes(index, body, (&place, &normal), [time; BLOCK])?[0] < 0.0
-                {
-                    let lying = Place::On { body, place, normal, held: false };
-                    let end = End { fate: Fate::Rest, ..end };
-                    (pose.without(&place, &Vec3::zeros()), end, lying)
-                } else {
-                    let particle = &mut self.particles[index];
-                    (particle.next, particle.controller) = (0.0, Controller::new());
-                    (pose.without(&place, &out), End::default(), Place::Flying { departing: true })
-                }
-            }
-        };
-        let particle = &mut self.particles[index];
-        (particle.end, particle.place) = (end, place);
-        particle.put(time, &moving.0, &moving.1);
-        Ok(())
-    }
-
-    /// How strongly a particle at rest on a body is pushed outwards along the normal, relative to the surface, at the times of a
-    /// block.
-    fn pushes(
-        &mut self,
-        index: usize,
-        body: usize,
-        (place, normal): (&Vec3, &Vec3),
-        times: Block,
-    ) -> Result<Block> {
-        let course = self.flying.world.course;
-        let probe = &mut self.probe;
-        probe.time = times;
-        probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
-        let poses = times.map(|time| course.pose(body, time));
-        for (lane, pose) in poses.iter().enumerate() {
-            let (x, v) = pose.without(place, &Vec3::zeros());
-            for c in 0..3 {
-                (probe.motion[c][lane], probe.motion[3 + c][lane]) = (x[c], v[c]);
-            }
-        }
-        probe.begin()?;
-        Ok(std::array::from_fn(|lane| {
-            let (acceleration, turning) = course.rates(body, times[lane]);
-            let spin = poses[lane].spin;
-            let pull = turned_back(&poses[lane].rotation, &(probe.first(lane) - acceleration));
-            normal.dot(&(pull - turning.cross(place) - spin.cross(&spin.cross(place))))
-        }))
-    }
-
-    /// When a particle at rest lifts off.
-    fn lift(
-        &mut self,
-        index: usize,
-        body: usize,
-        at: (&Vec3, &Vec3),
-        start: f64,
-        end: f64,
-    ) -> Result<Option<f64>> {
-        let course = self.flying.world.course;
-        let mut last = (start, self.pushes(index, body, at, [start; BLOCK])?[0]);
-        if last.1 > 0.0 {
-            return Ok(Some(start));
-        }
-        while last.0 != end {
-            // A few places of each step of the bodies, one after the other.
-            let mut time = last.0;
-            let times: Block = std::array::from_fn(|_| {
-                let [from, to] = course.ends(course.index(time));
-                let stride = (to - from) / LOOKS as f64;
-                time = if end - time > stride { time + stride } else { end };
-                time
-            });
-            let pushes = self.pushes(index, body, at, times)?;
-            for next in times.into_iter().zip(pushes) {
-                if next.1 > 0.0 {
-                    let push = |time: f64| Ok(self.pushes(index, body, at, [time; BLOCK])?[0]);
-                    return root(push, last, next).map(Some);
-                }
-                last = next;
-            }
-        }
-        Ok(None)
-    }
-
     /// The next output of a particle, if it is before a time along the flight, or then.
-    fn due(&self, index: usize, time: f64, then: bool) -> Option<f64> {
+    pub(super) fn due(&self, index: usize, time: f64, then: bool) -> Option<f64> {
         let next = *self.flying.output.get(self.particles[index].recorded)?;
         let before = (time - next) * self.flying.direction;
         (before > 0.0 || (then && before == 0.0)).then_some(next)
     }
 
-    fn record(&mut self, index: usize, x: &Vec3, v: &Vec3) {
+    pub(super) fn record(&mut self, index: usize, x: &Vec3, v: &Vec3) {
         let particle = &mut self.particles[index];
         let at = 6 * (index * self.flying.output.len() + particle.recorded);
         particle.recorded += 1;

@@ -19,9 +19,9 @@ use std::num::NonZeroUsize;
 
 /// A part of a body that casts a shadow.
 #[derive(Debug, Clone)]
-pub struct Occulter {
+struct Occulter {
     /// The body's place in the system.
-    pub body: usize,
+    body: usize,
     position: Vec3,
     /// From the part's frame into the body's.
     rotation: Mat3,
@@ -32,6 +32,7 @@ pub struct Occulter {
 }
 
 /// The cone of directions that an ellipsoid hides, in the coordinates (1, u, w) of the disc.
+#[derive(Debug, Clone)]
 struct Cone {
     /// Q as a symmetric matrix.
     q: Mat3,
@@ -48,7 +49,7 @@ enum Hidden {
 
 impl Occulter {
     /// Those of a body: its outer parts, and the ellipsoid with the same moments of inertia in place of a polyhedron.
-    pub fn of(index: usize, body: &Body) -> Vec<Self> {
+    fn of(index: usize, body: &Body) -> Vec<Self> {
         let part = |part: &crate::shape::Part| {
             let semi_axes = match &part.shape {
                 Shape::Point => return None,
@@ -150,16 +151,22 @@ impl Cone {
     }
 }
 
-/// The simple roots of a polynomial from -1 to 1, in rising order, by those of its derivative.
+/// The simple roots from -1 to 1, in rising order, of a polynomial of degree four at most, by those of its derivative.
 fn roots_within(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
     let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    let mut ends = vec![-1.0];
+    let (mut ends, mut count) = ([-1.0; 6], 1);
     if polynomial.len() > 2 {
-        let slope: Vec<f64> = polynomial.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect();
-        roots_within(&slope, &mut |t| ends.push(t));
+        let mut slope = [0.0; 4];
+        for (k, out) in slope[..polynomial.len() - 1].iter_mut().enumerate() {
+            *out = (k + 1) as f64 * polynomial[k + 1];
+        }
+        roots_within(&slope[..polynomial.len() - 1], &mut |t| {
+            ends[count] = t;
+            count += 1;
+        });
     }
-    ends.push(1.0);
-    for pair in ends.windows(2) {
+    ends[count] = 1.0;
+    for pair in ends[..=count].windows(2) {
         let [a, b] = [(pair[0], value(pair[0])), (pair[1], value(pair[1]))];
         if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
             let Ok(t) = root(|t| Ok::<_, std::convert::Infallible>(value(t)), a, b);
@@ -173,7 +180,7 @@ const NODES: NonZeroUsize = NonZeroUsize::new(20).unwrap();
 
 /// Weights and places of the rule from -1 to 1: Gauss-Legendre in t, with the cosine of t as the place. Square roots at
 /// either end are smooth in t.
-pub fn rule() -> Vec<[f64; 2]> {
+fn rule() -> Vec<[f64; 2]> {
     let gauss = GaussLegendre::new(NODES);
     let node = |(x, weight): (&f64, &f64)| {
         let t = 0.5 * PI * (1.0 + x);
@@ -182,71 +189,85 @@ pub fn rule() -> Vec<[f64; 2]> {
     gauss.nodes().zip(gauss.weights()).map(node).collect()
 }
 
-/// The part of a source's disc that is seen from a place. `towards` is the source from there, inertial, `radius` the source's own,
-/// and `place` gives the rotation of a body and where the particle is from its centre.
-pub fn visible(
-    occulters: &[Occulter],
-    rule: &[[f64; 2]],
-    towards: &Vec3,
+/// The source's disc as particles see it, with room to compute.
+#[derive(Debug, Clone)]
+pub struct Disc {
+    occulters: Vec<Occulter>,
+    /// The source's radius.
     radius: f64,
-    mut place: impl FnMut(usize) -> (Mat3, Vec3),
-) -> f64 {
-    let square = towards.norm_squared();
-    let s = towards / square.sqrt();
-    let tau = radius / (square - radius * radius).max(f64::MIN_POSITIVE).sqrt();
-    let mut least = Vec3::zeros();
-    least[s.iamin()] = 1.0;
-    let first = s.cross(&least).normalize();
-    let second = s.cross(&first);
-    let mut cones = Vec::new();
-    for occulter in occulters {
-        let (turn, r) = place(occulter.body);
-        match occulter.hides(&turn, &r, &s, [&first, &second], tau) {
-            Hidden::Nothing => {}
-            Hidden::Everything => return 0.0,
-            Hidden::Within(cone) => cones.push(cone),
+    rule: Vec<[f64; 2]>,
+    cones: Vec<Cone>,
+    breaks: Vec<f64>,
+    intervals: Vec<[f64; 2]>,
+}
+
+impl Disc {
+    /// Of a source with a radius, behind bodies.
+    pub fn new(radius: f64, bodies: &[Body]) -> Self {
+        let occulters =
+            bodies.iter().enumerate().flat_map(|(index, body)| Occulter::of(index, body)).collect();
+        let (cones, breaks, intervals) = Default::default();
+        Self { occulters, radius, rule: rule(), cones, breaks, intervals }
+    }
+
+    /// The visible part, with the source `towards` a place, inertial; `place` gives a body's rotation and the place from its centre.
+    pub fn visible(&mut self, towards: &Vec3, mut place: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
+        let square = towards.norm_squared();
+        let s = towards / square.sqrt();
+        let tau = self.radius / (square - self.radius * self.radius).max(f64::MIN_POSITIVE).sqrt();
+        let mut least = Vec3::zeros();
+        least[s.iamin()] = 1.0;
+        let first = s.cross(&least).normalize();
+        let second = s.cross(&first);
+        self.cones.clear();
+        for occulter in &self.occulters {
+            let (turn, r) = place(occulter.body);
+            match occulter.hides(&turn, &r, &s, [&first, &second], tau) {
+                Hidden::Nothing => {}
+                Hidden::Everything => return 0.0,
+                Hidden::Within(cone) => self.cones.push(cone),
+            }
         }
-    }
-    if cones.is_empty() {
-        return 1.0;
-    }
-    let mut breaks = vec![-1.0, 1.0];
-    if tau > 0.0 {
-        cones.iter().for_each(|cone| cone.breaks(&mut breaks));
-        breaks.retain(|u| (-1.0..=1.0).contains(u));
-        breaks.sort_by(f64::total_cmp);
-        breaks.dedup();
-    }
-    if breaks.len() == 2 {
-        // Of a disc that no cone begins, ends or is cut in, each hides all or nothing.
-        let hidden = cones.iter().any(|cone| cone.towards[0] < 0.0 && cone.q(0.0, 0.0) >= 0.0);
-        return if hidden { 0.0 } else { 1.0 };
-    }
-    let mut hidden = 0.0;
-    for pair in breaks.windows(2) {
-        let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
-        for [weight, place] in rule {
-            hidden += half * weight * covered(&cones, middle + half * place);
+        if self.cones.is_empty() {
+            return 1.0;
         }
+        let Self { rule, cones, breaks, intervals, .. } = self;
+        breaks.clear();
+        breaks.extend([-1.0, 1.0]);
+        if tau > 0.0 {
+            cones.iter().for_each(|cone| cone.breaks(breaks));
+            breaks.retain(|u| (-1.0..=1.0).contains(u));
+            breaks.sort_unstable_by(f64::total_cmp);
+            breaks.dedup();
+        }
+        if breaks.len() == 2 {
+            // Of a disc that no cone begins, ends or is cut in, each hides all or nothing.
+            let hidden = cones.iter().any(|cone| cone.towards[0] < 0.0 && cone.q(0.0, 0.0) >= 0.0);
+            return if hidden { 0.0 } else { 1.0 };
+        }
+        let mut hidden = 0.0;
+        for pair in breaks.windows(2) {
+            let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
+            for [weight, place] in &*rule {
+                hidden += half * weight * covered(cones, middle + half * place, intervals);
+            }
+        }
+        (1.0 - hidden / PI).clamp(0.0, 1.0)
     }
-    (1.0 - hidden / PI).clamp(0.0, 1.0)
 }
 
 /// Length of what the cones hide of the circle's chord at u.
-fn covered(cones: &[Cone], u: f64) -> f64 {
+fn covered(cones: &[Cone], u: f64, intervals: &mut Vec<[f64; 2]>) -> f64 {
     let chord = (1.0 - u * u).max(0.0).sqrt();
-    let within = |cone: &Cone| {
+    intervals.clear();
+    intervals.extend(cones.iter().filter_map(|cone| {
         let [low, high] = cone.interval(u)?;
         let (low, high) = (low.max(-chord), high.min(chord));
         (low < high).then_some([low, high])
-    };
-    if let [cone] = cones {
-        return within(cone).map_or(0.0, |[low, high]| high - low);
-    }
-    let mut intervals: Vec<[f64; 2]> = cones.iter().filter_map(within).collect();
-    intervals.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    }));
+    intervals.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
     let (mut length, mut reached) = (0.0, f64::NEG_INFINITY);
-    for [low, high] in intervals {
+    for &[low, high] in &*intervals {
         length += (high - low.max(reached)).max(0.0);
         reached = reached.max(high);
     }

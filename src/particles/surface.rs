@@ -120,6 +120,15 @@ impl Surface {
         Some((place, turned(&part.rotation, &part.normal(&part.own(&place)))))
     }
 
+    /// Units of work of [`Self::contains`], for [`crate::patience::Patience`].
+    pub fn work(&self) -> u64 {
+        let of = |part: &PartSurface| match &part.form {
+            Form::Ellipsoid { .. } => 5,
+            Form::Polyhedron(polyhedron) => 5 * polyhedron.faces().len() as u64,
+        };
+        self.parts.iter().map(of).sum()
+    }
+
     /// Whether a place in the body frame is inside by more than rounding.
     pub fn contains(&self, place: &Vec3) -> bool {
         self.parts.iter().any(|part| {

@@ -1,11 +1,13 @@
 //! The conditions that a run watches for.
 
+use super::arrays::array;
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
 use crate::dynamics::State;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::trajectory::{Condition, Event};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -38,18 +40,25 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
 
 #[pymethods]
 impl PyCondition {
-    /// Derivatives of the function with the 12 N numbers of a departure from a state of a system, and with the time.
-    fn slopes(&self, py: Python<'_>, system: &PySystem, state: &PyState) -> PyResult<(Vec<f64>, f64)> {
+    /// Derivatives (12N,) of the function, and its derivative with time.
+    fn slopes<'py>(
+        &self,
+        py: Python<'py>,
+        system: &PySystem,
+        state: &PyState,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64)> {
         let raised = Arc::new(Listener::default());
         let mut condition = self.condition(py, &raised);
         let found = listening(py, |patience| condition.slopes(&system.inner, &state.inner, patience));
-        found.map_err(|error| raised.raised().unwrap_or(error))
+        let (slopes, by_time) = found.map_err(|error| raised.raised().unwrap_or(error))?;
+        let count = slopes.len();
+        Ok((array(py, slopes, &[count])?, by_time))
     }
 }
 
 impl PyCondition {
     /// The core's condition. The first exception of a function goes to `listener`.
-    fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
+    pub(super) fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
             Self::Contact { first, second } => Condition::Contact { first, second },

@@ -6,7 +6,7 @@ use super::events::{Watched, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::{DEPARTURE, Parameter, State, System};
+use crate::dynamics::{DEPARTURE, Parameter, Quadrature, State, System};
 use crate::environment::BOOK;
 use crate::error::Error;
 use crate::integrate::Tolerance;
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-type RuleRow = (usize, usize, usize, usize, (usize, usize));
+type RuleRow = ([usize; 2], Option<[usize; 2]>, String, Option<(usize, usize, (usize, usize))>);
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// When samples are recorded: `None` for every step, `"ends"`, a spacing, or times (K,).
@@ -151,15 +151,15 @@ impl PySimulation {
         (s.steps, s.rejected, s.evaluations)
     }
 
-    /// The quadrature in force for each pair: (i, j, integrated body, points, (n, m)).
+    /// The quadrature in force for each pair: bodies, numbers of the parts of composites, method, and where it has one the rule:
+    /// integrated body, points, (n, m).
     #[getter]
     fn rules(&self) -> Vec<RuleRow> {
-        let rule = |(i, j, pair): (usize, usize, &crate::mutual::Pair)| {
-            let rule = pair.rule()?;
-            let integrated = if rule.integrated == 0 { i } else { j };
-            Some((i, j, integrated, rule.nodes(), (rule.order.gauss, rule.order.angles)))
+        let row = |row: Quadrature| {
+            let rule = row.rule.map(|r| (r.integrated, r.points, (r.order.gauss, r.order.angles)));
+            (row.bodies, row.parts, row.method.to_string(), rule)
         };
-        self.inner.dynamics().pairs().filter_map(rule).collect()
+        self.inner.dynamics().quadratures_at(&self.inner.state()).into_iter().map(row).collect()
     }
 
     fn step(&mut self, py: Python<'_>, end: f64) -> PyResult<()> {

@@ -184,7 +184,7 @@ pub fn focal_distance(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
 }
 
 /// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.
-pub fn focal_vectors(ellipsoid: &Ellipsoid, from_canonical: &Mat3) -> [Vec3; 2] {
+pub fn focal_vectors(ellipsoid: &Ellipsoid, in_body: &Mat3) -> [Vec3; 2] {
     let [p, q] = ellipsoid.focal_axes();
-    [from_canonical.column(0) * p, from_canonical.column(1) * q]
+    [in_body.column(0) * p, in_body.column(1) * q]
 }

@@ -79,7 +79,7 @@ impl Nodes {
         Self { points, weights, count }
     }
 
-    /// All rules of Gauss for triangles up to [`MOST_OF_CELL`] points along a side, one after the other: the points are shares of
+    /// All rules of Gauss for triangles up to `MOST_OF_CELL` points along a side, one after the other: the points are shares of
     /// the three corners. [`Self::triangle`] tells where each is.
     pub fn triangles() -> Self {
         let mut nodes = Self::empty();

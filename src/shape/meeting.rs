@@ -3,6 +3,7 @@
 use super::{Body, growth};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
+use crate::patience::Patience;
 
 /// How near two bodies are to touching.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,14 +18,24 @@ pub struct Meeting {
 impl Meeting {
     /// How near two bodies are to touching.
     ///
-    /// `separation` runs from the first centre to the second; the matrices turn body frames into its frame.
-    pub fn of(bodies: [&Body; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Result<Self> {
+    /// `separation` runs from the first centre to the second; the matrices turn body frames into its frame. An interruption names
+    /// `time`.
+    pub fn of(
+        bodies: [&Body; 2],
+        separation: &Vec3,
+        rotations: [&Mat3; 2],
+        time: f64,
+        patience: &mut Patience,
+    ) -> Result<Self> {
         /// From this factor on the spheres around two parts stand for them.
         const FAR: f64 = 2.0;
+        /// Units of work of two parts that are near each other.
+        const NEAR: u64 = 30;
         let [first, second] = bodies;
         let mut nearest = Self { factor: f64::INFINITY, overlap: false };
         for a in first.outer_parts() {
             for b in second.outer_parts() {
+                patience.spend(1, time)?;
                 let (mut r, mut turn_a, mut turn_b) = (*separation, *rotations[0], *rotations[1]);
                 if let Some(place) = &a.place {
                     r -= turn_a * place.position;
@@ -43,6 +54,7 @@ impl Meeting {
                     nearest.factor = spheres;
                     continue;
                 }
+                patience.spend(NEAR, time)?;
                 let growth = growth(&a.shape, &b.shape, &r, &turn_a, &turn_b).with_levers(
                     r.norm(),
                     circumradii,

@@ -9,6 +9,9 @@ use crate::patience::Patience;
 /// Faces whose height is below this share of their longest edge have no direction.
 const FLATTEST: f64 = 1e-12;
 
+/// Within these the volume and what follows from it neither under- nor overflow.
+const EXTENTS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+
 /// An edge and the two faces that share it; the first face goes along it, the second one back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
@@ -26,6 +29,14 @@ fn of_face(index: usize, value: impl std::fmt::Display, expected: &str) -> Error
 pub fn check(vertices: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Vec<Edge>> {
     for (index, vertex) in vertices.iter().enumerate() {
         require_finite(&format!("vertex {index}"), vertex.as_slice())?;
+    }
+    let extent = vertices.iter().map(|vertex| vertex.amax()).fold(0.0, f64::max);
+    if extent > 0.0 && !EXTENTS.contains(&extent) {
+        return Err(Error::invalid(
+            "largest coordinate of the vertices",
+            format!("{extent:e}"),
+            "one whose cube is in the range of doubles; choose other units",
+        ));
     }
     if faces.len() < 4 {
         return Err(Error::invalid("number of faces", faces.len(), "at least four"));

@@ -107,6 +107,11 @@ impl Polyhedron {
         Self { solid: self.solid.clone(), scale: self.scale * factor }
     }
 
+    /// Numbers that only copies of one and the same polyhedron share while one of them is there.
+    pub fn identity(&self) -> (usize, u64) {
+        (Arc::as_ptr(&self.solid) as usize, self.scale.to_bits())
+    }
+
     /// Vertices in its own frame.
     pub fn vertices(&self) -> impl Iterator<Item = Vec3> {
         self.solid.vertices.iter().map(|v| v * self.scale)

@@ -10,6 +10,7 @@ from fullbody import (
     State,
     ensembles,
     events,
+    fields,
     forces,
     frames,
     observables,
@@ -47,9 +48,10 @@ RESULTS = {
             "Tumbling",
         )
     ),
+    *(fields.Equilibrium, fields.RocheLobe, fields.SurfaceField),
     *(ensembles.Draws, ensembles.Paired, events.Occurrence, systems.Published, systems.Value, fullbody.vector_paths),
 }
-MODULES = (fullbody, ensembles, events, forces, frames, observables, plots, spice, systems, view)
+MODULES = (fullbody, ensembles, events, fields, forces, frames, observables, plots, spice, systems, view)
 
 
 def public():

@@ -8,7 +8,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[2] / "python" / "fullbody"
 #: In the direction in which data flows; the extension module lies above all of them.
 ROOMS = (
-    "typing errors base model frames orbit forces events record fields files spice observables plots view particles"
+    "typing errors base model frames orbit forces events record fields files spice observables particles plots view"
     " motion peers setups ensembles analysis systems commands"
 )
 

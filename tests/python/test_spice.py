@@ -6,11 +6,13 @@ import fullbody
 import numpy as np
 import pytest
 import spiceypy
+from astropy import units as u
 from fullbody import InvalidInput, PrecisionWarning
 from fullbody.spice import state as state_from_spice
 
 IDS = {"Alpha": 920066391, "Beta": 120066391}
 CENTRE = 20066391
+START = 0.1234567
 EPOCH = "2025-05-25T00:00:00 TDB"
 #: Days from noon of 2000-01-01, by the calendar: 25 years with 7 leap days, 31+28+31+30+24 days, less half a day.
 ET = (25 * 365 + 7 + 144 - 0.5) * 86400.0
@@ -25,7 +27,13 @@ def system():
 
 @pytest.fixture(scope="module")
 def start():
-    return fullbody.systems.kw4(units=True)[1]
+    """Away from the origin, and at a time that is no whole second."""
+    state = fullbody.systems.kw4(units=True)[1]
+    return state.replace(
+        position=state.position + [30, -20, 10] * u.km,
+        velocity=state.velocity + [0.2, 0, 0.1] * u.km / u.h,
+        time=START * u.h,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -119,9 +127,9 @@ def test_the_state_comes_back(system, run, kernels):
 
 
 def test_kernels_that_are_loaded_stay_loaded(system, kernels, loaded):
-    state_from_spice(system, IDS, CENTRE, kernels=kernels, frames={"Beta": "BETA_FIXED"})
+    state_from_spice(system, IDS, CENTRE, time=1.0, kernels=kernels, frames={"Beta": "BETA_FIXED"})
     assert spiceypy.ktotal("ALL") == 4
-    found = state_from_spice(system, IDS, CENTRE, frames={"Beta": "ALPHA_FIXED"})
+    found = state_from_spice(system, IDS, CENTRE, time=1.0, frames={"Beta": "ALPHA_FIXED"})
     assert np.array_equal(found.attitude[0], found.attitude[1])
 
 
@@ -131,6 +139,7 @@ def test_runs_back_in_time_and_other_units(start, tmp_path):
     bodies = [fullbody.Body(b.shape, mass=b.mass, name=b.name) for b in hours]
     system = fullbody.System(bodies, units=("m", "s", "kg"), epoch="2025-05-25T00:00:00 UTC", frame="equatorial")
     run = system.integrate(start, "-5 h", dense=True)
+    assert run.dense.range[0] > run.dense.range[1]
     spiceypy.furnsh([str(path) for path in (run.to_spk(tmp_path / "b.bsp", IDS, CENTRE),)])
     try:
         found, _ = spiceypy.spkgeo(IDS["Beta"], ET + 69.184 - 9000.0, "J2000", IDS["Alpha"])
@@ -142,15 +151,18 @@ def test_runs_back_in_time_and_other_units(start, tmp_path):
     assert np.linalg.norm(found[:3] - apart) < 2e-3 * speed
 
 
-def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, tmp_path):
-    close = system.integrate(start, 10.0, output=0.05)
+@pytest.mark.parametrize("way", [1, -1])
+def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, way, tmp_path):
+    """In either direction; their times are rounded to 1e-7 s, in which Alpha turns by 4e-11 rad."""
+    there = run[0] if way == 1 else run(10.0)
+    close = system.integrate(there, 10.0 if way == 1 else START, output=0.0413)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         path = close.to_spk(tmp_path / "close.bsp", IDS, CENTRE)
         attitudes = close.to_ck(tmp_path / "close.bc", IDS)
     spiceypy.furnsh([str(p) for p in (path, *attitudes)])
     try:
-        for hour in (0.02, 3.33, 9.99):
+        for hour in (0.13, 3.33, 9.99):
             et = ET + 3600.0 * hour
             state = run((et - ET) / 3600.0)
             found, _ = spiceypy.spkgeo(IDS["Beta"], et, "J2000", IDS["Alpha"])
@@ -160,6 +172,9 @@ def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, tmp
             assert angle(spiceypy.pxform("J2000", "ALPHA_FIXED", et), expected) < 1e-12
     finally:
         spiceypy.kclear()
+
+
+def test_samples_that_are_too_far_apart(system, start, tmp_path):
     wide = system.integrate(start, 40.0, output=2.0)
     with pytest.warns(
         PrecisionWarning, match=r"follows from the others only to within .* km; integrate with dense=True"
@@ -183,6 +198,16 @@ def test_what_the_system_lacks_is_named(system, start, change, message, tmp_path
         with pytest.raises(InvalidInput, match=message):
             write()
     assert not list(tmp_path.iterdir())
+
+
+def test_the_ends_of_a_run_are_within_it(system, start, tmp_path):
+    """Whichever way seconds past J2000 are rounded."""
+    for until in np.linspace(0.3, 0.4, 8):
+        run = system.integrate(start, until, dense=True)
+        path = str(run.to_spk(tmp_path / "a.bsp", {"Beta": 5}, CENTRE))
+        first, last = np.ravel(spiceypy.wnfetd(spiceypy.spkcov(path, 5), 0))
+        assert first - ET == pytest.approx(3600 * START, abs=2e-7)
+        assert last - ET == pytest.approx(3600 * until, abs=2e-7)
 
 
 def test_plain_numbers_have_no_kilometres(tmp_path):
@@ -233,9 +258,10 @@ def test_files_are_replaced_whole(run, tmp_path):
 
 
 def test_a_moment_is_no_run(system, start, tmp_path):
-    moment = system.integrate(start, 0.0)
-    with pytest.raises(InvalidInput, match="a kernel needs two or more"):
-        moment.to_spk(tmp_path / "a.bsp", IDS, CENTRE)
+    for dense, message in ((False, "the run has 1 samples; a kernel needs three or more"), (True, "a stretch of time")):
+        moment = system.integrate(start, START, dense=dense)
+        with pytest.raises(InvalidInput, match=message):
+            moment.to_spk(tmp_path / "a.bsp", IDS, CENTRE)
 
 
 @pytest.mark.parametrize(
@@ -245,7 +271,7 @@ def test_a_moment_is_no_run(system, start, tmp_path):
             {"time": "41 h"},
             r"the kernels do not tell where Alpha \(920066391\) is from 20066391 at 41 h after 2025-05-25",
         ),
-        ({"frames": {"Alpha": "NO_SUCH"}}, r"how Alpha \(920066391\) is turned at 0.0 after"),
+        ({"frames": {"Alpha": "NO_SUCH"}}, r"how Alpha \(920066391\) is turned at 1.0 after"),
         ({"frames": {"Gamma": "X"}}, "a body in frames is 'Gamma'"),
         ({"ids": {"Alpha": 5}}, "ids has no number of Beta; expected those of Alpha, Beta"),
         ({"kernels": ["none.bsp"]}, "none.bsp is no kernel that SPICE can load"),
@@ -253,7 +279,7 @@ def test_a_moment_is_no_run(system, start, tmp_path):
     ],
 )
 def test_kernels_that_do_not_tell(system, kernels, options, message):
-    arguments = {"ids": IDS, "barycentre": CENTRE, "kernels": kernels} | options
+    arguments = {"ids": IDS, "barycentre": CENTRE, "kernels": kernels, "time": 1.0} | options
     with pytest.raises(InvalidInput, match=message):
         state_from_spice(system, **arguments)
     assert spiceypy.ktotal("ALL") == 0
@@ -265,6 +291,6 @@ def test_points_need_no_frame(start, kernels):
         fullbody.Body(fullbody.Sphere("0.2 km"), mass="1e11 kg", name="Beta"),
     ]
     system = fullbody.System(bodies, units=True, epoch=EPOCH, frame="ecliptic")
-    found = state_from_spice(system, IDS, CENTRE, kernels=[kernels[0], *kernels[1:]], frames={"Beta": "BETA_FIXED"})
+    found = state_from_spice(system, IDS, CENTRE, time=1.0, kernels=kernels, frames={"Beta": "BETA_FIXED"})
     assert found.attitude[0].tolist() == [1, 0, 0, 0]
     assert found.spin[1].value[2] > 0.1

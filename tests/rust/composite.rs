@@ -117,7 +117,7 @@ proptest! {
         let body = Body::composite("body", given).unwrap();
         prop_assert_eq!(body.outer_parts().count(), 2);
         let separation = direction * distance;
-        let found = Meeting::of([&body, &body], &separation, [&a, &b]).unwrap();
+        let found = Meeting::of([&body, &body], &separation, [&a, &b], 0.0, &mut Patience::endless()).unwrap();
         let mut least = f64::INFINITY;
         for first in body.parts() {
             for second in body.parts() {

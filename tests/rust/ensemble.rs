@@ -8,6 +8,7 @@ use fullbody::integrate::Statistics;
 use fullbody::math::Vec3;
 use fullbody::mutual::{Method, Store};
 use fullbody::patience::Patience;
+use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{
     Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
 };
@@ -97,8 +98,12 @@ fn alone(start: &Start, until: f64) -> (Trajectory, Statistics) {
     let mut member = member(start, until, Some(Condition::Periapsis { first: 0, second: 1 }));
     let mut simulation = Simulation::new(&start.0, &start.1, start.2).unwrap();
     let mut record = Trajectory::new(start.0.bodies().len());
-    let run =
-        Run { output: &member.output, events: &mut member.events, dense: true, following: &member.following };
+    let run = Run {
+        output: &member.output,
+        events: &mut member.events,
+        dense: true,
+        following: &Following::default(),
+    };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     (record, simulation.statistics())
 }
@@ -220,8 +225,36 @@ fn nodes_and_series_of_equal_shapes_are_made_once() {
             assert_eq!(record.time, [0.0, 1.0]);
             counts.push(store.len());
         }
-        let [rules, series] = counts[0];
+        let [rules, series, ..] = counts[0];
         assert!(rules > 0 && series == 4, "{counts:?}");
         assert_eq!(counts, [counts[0]; 3]);
     }
+}
+
+/// What a polyhedron takes belongs to it: to its copies, and to no other one that is the same.
+#[test]
+fn facets_and_layers_of_a_polyhedron_are_made_once() {
+    let store = Arc::new(Store::default());
+    let (start, mut state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+    // Far enough for a layer.
+    state.position[1] *= 2.0;
+    let cuboid = || Shape::Polyhedron(crate::polyhedron::cuboid([-0.4, -0.3, -0.2], [0.8, 0.6, 0.4]));
+    let mut counts = Vec::new();
+    let mut forces = Vec::new();
+    let given = cuboid();
+    for shape in [given.clone(), given.clone(), cuboid()] {
+        let bodies = vec![Body::with_mass("A", shape, 0.8).unwrap(), start.bodies()[1].clone()];
+        let system = System::new(bodies, 1.0, *start.settings()).unwrap();
+        let own = system.interactions(&state, &mut Patience::endless()).unwrap();
+        let system = system.sharing(store.clone());
+        let shared = system.interactions(&state, &mut Patience::endless()).unwrap();
+        assert_eq!((own.force.clone(), own.torque), (shared.force, shared.torque));
+        counts.push(store.len());
+        forces.push(own.force);
+    }
+    let [_, _, facets, layers] = counts[0];
+    assert_eq!((facets, layers), (1, 1));
+    assert_eq!(counts[1], counts[0]);
+    assert_eq!(counts[2][2..], [2, 2]);
+    assert_eq!(forces[2], forces[0]);
 }

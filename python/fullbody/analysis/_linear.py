@@ -15,6 +15,9 @@ from ._pair import Array, Pair, Pose, cross
 
 __all__ = ["Rotation", "complement", "even", "kernel"]
 
+#: The vector product with the unit vector along z.
+_UP = cross((0.0, 0.0, 1.0))
+
 
 def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
     """Columns of length one, orthogonal to each other, that a matrix takes to zero."""
@@ -82,13 +85,14 @@ class Rotation:
     @property
     def velocity(self) -> Array:
         """dr/dt."""
-        return np.asarray(np.cross(self.omega, self.pose.r))
+        return cross(self.omega) @ self.pose.r
 
     @property
     def angular_momentum(self) -> Array:
         """Total (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
-        return np.asarray(self.pair.mass * np.cross(self.pose.r, self.velocity) + turned)
+        found: Array = self.pair.mass * cross(self.pose.r) @ self.velocity + turned
+        return found
 
     @property
     def energy(self) -> float:
@@ -108,7 +112,7 @@ class Rotation:
 
     def symmetries(self) -> Array:
         """Changes (9, S) of the pose that change nothing: a turn of all about z, and of bodies about their axes."""
-        columns = [np.concatenate([np.cross([0.0, 0.0, 1.0], self.pose.r), *(R[2] for R in self.pose.rotation)])]
+        columns = [np.concatenate([_UP @ self.pose.r, *(R[2] for R in self.pose.rotation)])]
         for body in range(2):
             for way in self._free_turns(body):
                 column = np.zeros(9)
@@ -178,7 +182,7 @@ class Rotation:
         """Departures (18, S) by the turns of :meth:`symmetries`, which leave all rates as they are."""
         found = np.zeros((18, self.symmetries().shape[1]))
         found[:9] = self.symmetries()
-        found[9:12, 0] = self.pair.mass * np.cross([0.0, 0.0, 1.0], self.velocity)
+        found[9:12, 0] = self.pair.mass * _UP @ self.velocity
         for k in range(2):
             # What a body turns by under its own momentum, the momentum turns back by in its frame.
             found[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ found[3 + 3 * k : 6 + 3 * k, 1:]

@@ -60,9 +60,9 @@ class Problem:
         """What is missing to uniform rotation (9,): of the force on the second body and of both torques."""
         pair, omega = self.pair, rotation.omega
         missing, _ = pair.loads(rotation.pose)
-        missing[:3] -= pair.mass * np.cross(omega, rotation.velocity)
+        missing[:3] -= pair.mass * cross(omega) @ rotation.velocity
         for k in range(2):
-            missing[3 + 3 * k : 6 + 3 * k] -= np.cross(rotation.turning[k], rotation.momenta[k])
+            missing[3 + 3 * k : 6 + 3 * k] -= cross(rotation.turning[k]) @ rotation.momenta[k]
         return missing
 
     def slopes(self, rotation: Rotation) -> Array:

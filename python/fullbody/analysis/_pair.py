@@ -74,11 +74,6 @@ class Pair:
         if system.forces:
             names = ", ".join(force.name for force in system.forces)
             raise InvalidInput(f"the system has forces from outside ({names}); expected system.with_forces([])")
-        gravity = system.options["gravity"]
-        if gravity.startswith("multipole"):
-            raise InvalidInput(
-                f"gravity is {gravity!r}, whose derivatives are not known; expected 'focal' or 'surface'"
-            )
         self.system = system
         self.masses: Array = np.asarray(system._masses)
         self.total = float(self.masses.sum())

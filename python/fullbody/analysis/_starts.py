@@ -108,13 +108,13 @@ class Scan:
         return found
 
 
-def scan(problem: Problem, axes: Axes, until: float = 0.0) -> Scan:
+def scan(problem: Problem, axes: Axes, touching: float, until: float) -> Scan:
     """Separations from contact outwards, until the angular momentum is above a value and grows."""
     pair = problem.pair
-    distance = max(contact(pair, axes), 1e-3 * sum(pair.reach))
+    distance = max(touching, 1e-3 * sum(pair.reach))
     if distance == 0.0:
         # Points: J^2 = m^2 G M d.
-        distance = 1e-2 * until**2 / (pair.mass * pair.strength) if until else 1.0
+        distance = 1e-2 * until**2 / (pair.mass * pair.strength)
     farthest = _FARTHEST * max(distance, until**2 / (pair.mass * pair.strength))
     found: list[tuple[float, float]] = []
 

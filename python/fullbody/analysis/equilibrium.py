@@ -281,7 +281,7 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
         return condition.value
     if condition.kind == "rate":
         return max(contact(pair, axes), float(np.cbrt(pair.strength / (pair.mass * condition.value**2))))
-    found = scan(problem, axes, condition.value)
+    found = scan(problem, axes, contact(pair, axes), condition.value)
     places = found.crossings(condition.value)
     if len(places) == 0:
         least = int(found.angular_momentum.argmin())

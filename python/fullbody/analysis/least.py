@@ -33,8 +33,8 @@ class Touching(Tabled):
     state : State
     """
 
-    def __init__(self, pair: Pair, axes: Axes, angular_momentum: float) -> None:
-        pose = aligned(axes, contact(pair, axes))
+    def __init__(self, pair: Pair, axes: Axes, distance: float, angular_momentum: float) -> None:
+        pose = aligned(axes, distance)
         poles = [axes[k][1] for k in range(2)]
         inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
         rate = angular_momentum / inertia
@@ -174,7 +174,7 @@ def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
         distance = contact(pair, axes)
         where = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
         problem = Problem(pair, (pair.axis(0, where), pair.axis(1, where)), {})
-        for near in scan(problem, axes, value).crossings(value):
+        for near in scan(problem, axes, distance, value).crossings(value):
             guess = rotation_at(problem, aligned(axes, float(near)))
             if guess is None:
                 continue
@@ -186,7 +186,7 @@ def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
             if not any(_same(one, other) for other in apart):
                 apart.append(one)
         if distance > 0.0:
-            rest = Touching(pair, axes, value)
+            rest = Touching(pair, axes, distance, value)
             if rest.rests:
                 touching.append(rest)
     return Equilibria(system._units.attach(np.float64(value), "angular momentum"), apart, touching, missed)

@@ -177,7 +177,7 @@ def periodic_orbit(
         Into how many parts the period is divided; unless given, one for each revolution. More of them find orbits that
         are very unstable or long.
     tolerance : float
-        The closure that is asked for; see :attr:`PeriodicOrbit.closure`.
+        What the orbit may miss its start by: the largest ``closure``.
 
     Returns
     -------

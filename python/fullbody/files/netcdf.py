@@ -116,8 +116,8 @@ def to_xarray(run: BaseRun) -> xarray.Dataset:
         for name, (dims, dimension, text) in _OF_FORCES.items():
             variables[name] = (("time", "force", *dims), run._record[name], attributes(dimension, text))
     if "transition" in run._record:
-        numbers_of = departures(run.system.names)
-        coordinates |= {name: (name, numbers_of) for name in ("departure", "start_departure")}
+        numbers = departures(run.system.names)
+        coordinates |= {name: (name, numbers) for name in ("departure", "start_departure")}
         if run._parameters:
             coordinates["parameter"] = ("parameter", list(run._parameters))
     if "chaos" in run._record:

@@ -17,6 +17,7 @@ from ..base.units import Units, numbers, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..typing import Array, Scalar
 from .bodies import Body
+from .composite import Composite, warn_of_cancelling
 from .force import Force, Ground, forces_of, rebuilt
 from .gravity import Gravity, gravity_at, points_in
 from .interactions import Energy, Interactions, Loads
@@ -107,9 +108,10 @@ class BaseSystem(Tabled):
             if not isinstance(value, str):
                 raise InvalidInput(f"{name} is {value!r}; expected text")
         core = self._core_bodies()
+        tolerance = _tolerance(gravity_tolerance)
         settings = {
             "gravity": gravity,
-            "gravity_tolerance": _tolerance(gravity_tolerance),
+            "gravity_tolerance": tolerance,
             "order": None if order is None else _order(order),
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
@@ -120,6 +122,9 @@ class BaseSystem(Tabled):
         functions = {name: call.given() for name, call in self._calls.items()}
         described = [force._describe(ground) for force in self._forces]
         self._core = _core.System(core, self._G, settings, described, functions)
+        for body, made, name in zip(self._bodies, core, self.names, strict=True):
+            if isinstance(body.shape, Composite):
+                warn_of_cancelling(name, np.array([mass for _, mass, *_ in made.given]), tolerance)
         self._attraction: _core.Attraction | None = None
         named = {"epoch": None if epoch is None else epochs.to_text(epoch), "frame": frame}
         self._options: dict[str, Any] = self._core.settings | named

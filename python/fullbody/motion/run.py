@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import xarray
 
     from ..model.gravity import Gravity
+    from ..particles.flight import Flight
     from ..plots import Plots
     from ..view import View
 
@@ -95,11 +96,13 @@ class RunVerbs(BaseRun):
 
         return animate(self, path, seconds=seconds, fps=fps, size=size, dpi=dpi)
 
-    def view(self, *, samples: int = 20000) -> View:
+    def view(self, *, flight: Flight | None = None, samples: int = 20000) -> View:
         """An interactive picture in 3D, for Jupyter or as one HTML file; no server, no network.
 
         Parameters
         ----------
+        flight : Flight, optional
+            Particles to be shown as dots with their trails: at most 2000 of them, taken evenly.
         samples : int
             At most so many moments of the run: its samples and others between them, or where it has more samples,
             moments even in time.
@@ -117,7 +120,7 @@ class RunVerbs(BaseRun):
         """
         from ..view import View
 
-        return View(self, samples=samples)
+        return View(self, flight=flight, samples=samples)
 
     def to_xarray(self) -> xarray.Dataset:
         """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.

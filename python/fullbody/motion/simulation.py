@@ -177,15 +177,21 @@ class Simulation:
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
-        """The quadrature in force for each pair: bodies, the one integrated over, number of points, order.
+        """How the interaction of each pair of bodies is computed, and of composites that of each two parts.
 
-        Of composites, for each pair of parts, in the order of the parts.
+        A dictionary for each: ``pair``, the names of the bodies; ``parts``, the places of the parts in their bodies
+        where one of these is a composite; ``method``; and of the quadrature in force ``integrated``, the name of the
+        body integrated over, the number of ``points`` at the present state, and the ``order``. A series has no
+        quadrature, so that they are None. Two points have no row.
         """
         names = self._system.names
-        return [
-            {"pair": (names[i], names[j]), "integrated": names[k], "points": points, "order": order}
-            for i, j, k, points, order in self._core.rules
-        ]
+        rows = []
+        for (i, j), parts, method, rule in self._core.rules:
+            integrated, points, order = rule or (None, None, None)
+            row = {"pair": (names[i], names[j]), "parts": None if parts is None else tuple(parts), "method": method}
+            name = None if integrated is None else names[integrated]
+            rows.append({**row, "integrated": name, "points": points, "order": order})
+        return rows
 
     def step(self, until: Any = float("inf")) -> None:
         """Take one accepted step towards a time, never beyond it; none where it is the present one."""

@@ -1,4 +1,4 @@
-"""Pictures of a run, behind :attr:`fullbody.Run.plot`, of what :mod:`fullbody.fields` computes, and of particles' impacts.
+"""Pictures of a run, behind :attr:`fullbody.Run.plot`, of what :mod:`fullbody.fields` computes, and of impacts.
 
 One file a plot; matplotlib is imported when one is drawn.
 """

@@ -11,9 +11,10 @@ from ..errors import InvalidInput
 from ._style import Array, split_far
 
 if TYPE_CHECKING:
+    from ..particles.flight import Flight
     from ..record.base import BaseRun
 
-__all__ = ["at", "moment", "track"]
+__all__ = ["at", "moment", "track", "trails"]
 
 #: A path of fewer points shows its corners.
 _SMOOTH = 1000
@@ -66,6 +67,24 @@ def at(run: BaseRun, times: Array) -> tuple[Array, Array]:
     return _curve(known, centres, _from_barycentre(run, record["velocity"][order]), times), turned
 
 
+def trails(run: BaseRun, flight: Flight, particles: int, places: int) -> tuple[Array, Array]:
+    """Times (T,) of a flight's samples within a run and places (P, T, 3) of its particles from the barycentre.
+
+    Of many particles and samples some are taken, evenly: at most so many particles, and places in all.
+    """
+    if flight.system != run.system:
+        raise InvalidInput("flight is one among other bodies than the run's; expected one of the same system")
+    known, span = flight._record["time"], (run._record["time"].min(), run._record["time"].max())
+    inside = np.flatnonzero((known >= span[0]) & (known <= span[1]))
+    if len(inside) < 2:
+        raise InvalidInput(f"flight has {len(inside)} samples within the run; expected two or more, such as output=0.1")
+    taken = np.unique(np.linspace(0, len(flight) - 1, min(len(flight), particles)).astype(int))
+    moments = np.unique(np.linspace(0, len(inside) - 1, max(2, places // len(taken))).astype(int))
+    times = known[inside][moments]
+    samples = flight._record["samples"][taken][:, inside[moments], :3]
+    return times, samples - _barycentre(run, times)
+
+
 def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Array:
     """Cubics; straight lines where samples are more than half a turn apart, which a cubic would miss by far."""
     from scipy.interpolate import CubicHermiteSpline, interp1d
@@ -81,10 +100,24 @@ def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Arr
 
 def _from_barycentre(run: BaseRun, vectors: Array) -> Array:
     """Positions or velocities (T, N, 3) less those of the barycentre of the bodies that fit in one picture."""
+    return np.asarray(vectors - _mean(run, vectors)[:, None])
+
+
+def _mean(run: BaseRun, vectors: Array) -> Array:
+    """Positions or velocities (T, 3) of that barycentre."""
     weights = np.zeros(len(run.system))
     near = split_far(run)[0]
     weights[near] = run.system._masses[near]
-    return np.asarray(vectors - np.einsum("n,tnx->tx", weights / weights.sum(), vectors)[:, None])
+    return np.asarray(np.einsum("n,tnx->tx", weights / weights.sum(), vectors))
+
+
+def _barycentre(run: BaseRun, times: Array) -> Array:
+    """Places (T, 3) of that barycentre, which moves uniformly but for weak forces from outside."""
+    if run.dense is not None and _inside(times, run.dense._core.range):
+        return _mean(run, run.dense._core.states(times)["position"])
+    known, order = np.unique(run._record["time"], return_index=True)
+    means = _mean(run, run._record["position"][order])
+    return np.stack([np.interp(times, known, means[:, c]) for c in range(3)], axis=1)
 
 
 def _inside(times: Array, span: tuple[float, float]) -> bool:

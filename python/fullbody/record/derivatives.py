@@ -125,8 +125,7 @@ class Differentiated:
         transition, sensitivity = self.transition[-1], self.sensitivity
         happened = self.events[-1]
         core = self.system._strip(happened.state)
-        found, by_time = happened.event._condition(self.system).slopes(self.system._core, core)
-        slopes = np.array(found)
+        slopes, by_time = happened.event._condition(self.system).slopes(self.system._core, core)
         flow = self.system._core.jacobian(core, [])[3]
         rate = slopes @ flow + by_time
         if rate == 0.0:
@@ -160,18 +159,18 @@ class Differentiated:
 
     @property
     def lyapunov(self) -> Array:
-        """Growth ln(|delta|/|delta_0|) of a departure over the time since the start (K,), in 1/time.
+        """Growth ``ln(|delta|/|delta_0|)`` of a departure over the time since the start (K,), in 1/time.
 
-        Tends to the largest Lyapunov exponent; its inverse is the Lyapunov time. Of a run with ``chaos=True``.
-        Departures are measured in the natural sizes of their numbers at the start: the separation, the orbital speed
-        or the body's own, rad, and the spin.
+        Tends to the largest Lyapunov exponent; its inverse is the Lyapunov time. Of a run with ``chaos=True``;
+        departures are measured in the natural sizes of their numbers at the start: separation, orbital speed or the
+        body's own, rad, and the spin.
         """
         rate: Array = self.system._units.attach(self._chaos(1), "rate")
         return rate
 
     @property
     def fast_lyapunov(self) -> npt.NDArray[np.float64]:
-        """The largest ln(|delta|/|delta_0|) so far (K,): the fast Lyapunov indicator. Of a run with ``chaos=True``."""
+        """The largest ``ln(|delta|/|delta_0|)`` so far (K,): the fast Lyapunov indicator. For ``chaos=True``."""
         return self._chaos(2)
 
     def _chaos(self, which: int) -> npt.NDArray[np.float64]:

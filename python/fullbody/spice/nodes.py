@@ -49,14 +49,12 @@ def centres(place: Place, masses: _Array) -> Curve:
 
 
 def turns(place: Place) -> Curve:
-    """Quaternions that turn vectors from the axes of J2000 into those of the bodies, without jumps of the sign."""
+    """Quaternions that turn vectors from the axes of J2000 into those of the bodies; along a run no sign jumps."""
     w, x, y, z = rotations.quaternion(place.axes)
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
 
     def curve(samples: dict[str, _Array]) -> tuple[_Array, _Array]:
         q = samples["attitude"] @ left.T
-        same = np.einsum("knc,knc->kn", q[1:], q[:-1]) >= 0.0
-        q[1:] *= np.cumprod(np.where(same, 1.0, -1.0), axis=0)[:, :, None]
         half = samples["spin"] / (2.0 * place.second)
         scalar, vector = q[..., :1], q[..., 1:]
         product = scalar * half + np.cross(vector, half)
@@ -80,7 +78,9 @@ def nodes(run: BaseRun, place: Place, curve: Curve, tolerance: float, said: Call
     if run.dense is None:
         et, values, rates = _of_samples(run, place, curve)
         found = Nodes(et, values, rates, _degree(len(et)))
-        error = _error(et, values, rates)
+        # What is beyond the last node does not follow.
+        odd = len(et) - 1 + len(et) % 2
+        error = _error(et[:odd], values[:odd], rates[:odd])
         reason = (
             "the run has no continuous solution, and every second of its samples follows from the others only to "
             f"within {said(error)}; integrate with dense=True, or with output= at a shorter spacing"
@@ -125,14 +125,14 @@ def _of_samples(run: BaseRun, place: Place, curve: Curve) -> tuple[_Array, _Arra
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
     samples = {name: record[name][order] for name in ("time", "position", "velocity", "attitude", "spin")}
     et = place.et(samples["time"])
-    if len(et) < 2 or np.diff(et).min() <= 0.0:
+    if len(et) < 3 or np.diff(et).min() <= 0.0:
         raise InvalidInput(
-            f"the run has {len(et)} samples; a kernel needs two or more, at least 2e-7 s apart, or dense=True"
+            f"the run has {len(et)} samples; a kernel needs three or more, at least 2e-7 s apart, or dense=True"
         )
     values, rates = curve(samples)
     # Seconds past J2000 are rounded to 1e-7 s, in which a fast spin turns by more than the tolerance.
-    late = (et - place.epoch) - samples["time"] * place.second
-    return et, values + rates * late[:, None, None], rates
+    late = ((et - place.epoch) - samples["time"] * place.second)[:, None, None]
+    return et, values + rates * late, rates + np.gradient(rates, et, axis=0) * late
 
 
 def _error(et: _Array, values: _Array, rates: _Array) -> float:

@@ -52,7 +52,8 @@ class Place:
         self.second = float(system._units.unit("time").to("s"))
         self.axes = rotation(system.frame, "equatorial")
         date = system.epoch.tdb
-        self.epoch = float(((date.jd1 - 2451545.0) + date.jd2) * 86400.0)
+        # The day's part has digits that the days' number would push out.
+        self.epoch = float((date.jd1 - 2451545.0) * 86400.0 + date.jd2 * 86400.0)
 
     def et(self, time: Any) -> Any:
         """Seconds of TDB past J2000 of times of the system, which doubles resolve to 1e-7 s today."""

@@ -132,22 +132,20 @@ def _telling(what: str, system: BaseSystem, time: Any) -> Iterator[None]:
 
 @contextmanager
 def _loaded(kernels: Sequence[Any]) -> Iterator[None]:
-    """A context in which these kernels are loaded; those that were loaded before stay so."""
+    """A context in which these kernels are loaded."""
     spice = spiceypy()
     if isinstance(kernels, str | bytes | os.PathLike):
         raise InvalidInput(f"kernels is {kernels!r}; expected a sequence of paths")
-    before = {spice.kdata(k, "ALL")[0] for k in range(spice.ktotal("ALL"))}
     added: list[str] = []
     try:
-        for kernel in kernels:
-            name = os.fspath(kernel)
-            if name not in before:
-                try:
-                    spice.furnsh(name)
-                except spice.utils.exceptions.SpiceyError as error:
-                    raise InvalidInput(f"{name} is no kernel that SPICE can load: {plain(error)}") from error
-                added.append(name)
+        for name in map(os.fspath, kernels):
+            try:
+                spice.furnsh(name)
+            except spice.utils.exceptions.SpiceyError as error:
+                raise InvalidInput(f"{name} is no kernel that SPICE can load: {plain(error)}") from error
+            added.append(name)
         yield
     finally:
+        # What was loaded twice is still loaded once.
         for name in reversed(added):
             spice.unload(name)

@@ -15,13 +15,17 @@ from ..base.arguments import named_options
 from ..base.atomic import check_suffix, replacing
 from ..errors import InvalidInput
 from ..plots._style import check_samples, joined, surfaces, unit
-from ..plots.between import at, track
+from ..plots.between import at, track, trails
 from ..plots.sampling import warn_if_aliased
 
 if TYPE_CHECKING:
+    from ..particles.flight import Flight
     from ..record.base import BaseRun
 
 __all__ = ["View"]
+
+#: Most particles that are shown, and most of their places in all, which make a page of some 12 megabytes.
+_PARTICLES, _NUMBERS = 2000, 750_000
 
 
 @named_options
@@ -33,6 +37,8 @@ class View:
     Parameters
     ----------
     run : Run
+    flight : Flight, optional
+        Particles to be shown as dots with their trails.
     samples : int
         At most so many moments of the run.
     height : int
@@ -41,10 +47,10 @@ class View:
     Raises
     ------
     InvalidInput
-        For a run without samples.
+        For a run without samples, a flight with less than two or of another system.
     """
 
-    def __init__(self, run: BaseRun, *, samples: int = 20000, height: int = 480) -> None:
+    def __init__(self, run: BaseRun, *, flight: Flight | None = None, samples: int = 20000, height: int = 480) -> None:
         check_samples(run)
         if not isinstance(samples, int) or samples < 2:
             raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")
@@ -71,6 +77,13 @@ class View:
             "position": _pack(centres, "<f4"),
             "attitude": _pack(attitudes, "<f4"),
         }
+        if flight is not None:
+            moments, places = trails(run, flight, _PARTICLES, _NUMBERS)
+            self._data["particles"] = {
+                "count": places.shape[0],
+                "time": _pack(moments, "<f8"),
+                "position": _pack(places, "<f4"),
+            }
         self._moments = len(times)
 
     def __eq__(self, other: object) -> bool:

@@ -20,7 +20,7 @@ void main() { vec3 up = faceted ? cross(dFdx(place), dFdy(place)) : normal;  // 
   float ink = (1.0 - smoothstep(0.02, 0.03 + 0.7 * pixel, net)) * min(1.0, 0.2 / pixel);
   gl_FragColor = vec4(colour * lit * (1.0 - 0.3 * ink), 1.0); }`;
 const LINE = `attribute vec3 point; uniform mat4 camera; uniform vec3 shift;
-void main() { gl_Position = camera * vec4(point + shift, 1.0); }`;
+void main() { gl_Position = camera * vec4(point + shift, 1.0); gl_PointSize = 4.0; }`;
 const FLAT = `precision mediump float; uniform vec3 colour; void main() { gl_FragColor = vec4(colour, 1.0); }`;
 
 function unpack(text, Kind) {
@@ -77,6 +77,40 @@ function sphere(across, down) {
   return points;
 }
 
+const DOT = [0.75, 0.15, 0.1], TRAIL = [0.85, 0.6, 0.55];
+// Samples behind a dot that are its trail.
+const BEHIND = 40;
+
+function particles({ count, time, position }) {  // dots and trails at a time, as points and as pairs of points
+  const times = unpack(time, Float64Array), places = unpack(position, Float32Array), samples = times.length;
+  const back = times[samples - 1] < times[0];
+  const place = (p, k) => 3 * (p * samples + k);
+  return t => {
+    const dots = [], trails = [];
+    if ((t < times[0]) !== back && t !== times[0]) return { dots, trails };
+    let low = 0, high = samples - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if ((times[middle] <= t) !== back) low = middle; else high = middle;
+    }
+    const s = Math.min(1, Math.max(0, (t - times[low]) / (times[high] - times[low])));
+    for (let p = 0; p < count; p++) {
+      const from = place(p, low), to = place(p, high);
+      // One that is gone has no place.
+      if (!(places[from] === places[from] && places[to] === places[to])) continue;
+      const now = [0, 1, 2].map(c => places[from + c] + s * (places[to + c] - places[from + c]));
+      dots.push(...now);
+      let last = now;
+      for (let k = low; k >= Math.max(0, low - BEHIND); k--) {
+        const next = Array.from(places.subarray(place(p, k), place(p, k) + 3));
+        trails.push(...last, ...next);
+        last = next;
+      }
+    }
+    return { dots, trails };
+  };
+}
+
 function show(data) {
   const element = name => document.getElementById(name);
   const canvas = element("canvas");
@@ -113,6 +147,7 @@ function show(data) {
     return buffer(gl, points);
   });
   const spare = gl.createBuffer();
+  const cloud = data.particles ? particles(data.particles) : null;
   gl.enable(gl.DEPTH_TEST);
 
   const looks = { azimuth: -1.0, height: 0.45, distance: 3.4 * reach, follow: -1 };
@@ -132,6 +167,7 @@ function show(data) {
   };
   data.names.forEach((name, b) => key(name, COLOURS[b % COLOURS.length]));
   ["x", "y", "z"].forEach((name, c) => key(`body ${name}`, AXES[c], true));
+  if (cloud) key(data.particles.count === 1 ? "particle" : `${data.particles.count} particles`, DOT);
 
   function now() {  // the state at the slider's place, between two samples
     const t = time[0] + place * (time[samples - 1] - time[0]), back = time[samples - 1] < time[0];
@@ -224,6 +260,14 @@ function show(data) {
         strip(spare, 12, gl.TRIANGLES, AXES[c], body.centre, view);
       }
     });
+    if (cloud) {
+      const { dots, trails } = cloud(t);
+      for (const [points, mode, colour] of [[trails, gl.LINES, TRAIL], [dots, gl.POINTS, DOT]]) {
+        gl.bindBuffer(gl.ARRAY_BUFFER, spare);
+        gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(points), gl.DYNAMIC_DRAW);
+        strip(spare, points.length / 3, mode, colour, [0, 0, 0], view);
+      }
+    }
     element("time").textContent = `time ${t.toPrecision(6)} ${data.unit}`;
     element("slider").value = place;
     const wish = 120 * view.perPixel, ten = 10 ** Math.floor(Math.log10(wish));

@@ -3,6 +3,7 @@
 use crate::dynamics::{BarycentricFrame, Dynamics, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
+use crate::patience::Patience;
 use crate::shape::Meeting;
 
 /// A caller's function of the state.
@@ -237,7 +238,8 @@ fn contact(at: &Place, first: usize, second: usize) -> Result<f64> {
     let bodies = at.system().bodies();
     let rotations = [&at.rotation(first), &at.rotation(second)];
     // What is too thin for a sign that rounding does not decide is an error.
-    Ok(Meeting::of([&bodies[first], &bodies[second]], &r, rotations)?.factor - 1.0)
+    let patience = &mut Patience::endless();
+    Ok(Meeting::of([&bodies[first], &bodies[second]], &r, rotations, at.time, patience)?.factor - 1.0)
 }
 
 fn alignment(at: &Place, body: usize, other: usize) -> f64 {

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 analysis = fullbody.analysis
 
@@ -109,3 +110,27 @@ def test_a_branch_may_be_drawn(spheres):
     with pytest.raises(fullbody.InvalidInput, match="y is 'mass'; expected one of separation"):
         branch.plot(y="mass")
     plt.close("all")
+
+
+def test_the_second_order_model(ellipsoids):
+    # Scheeres (2009), Celest. Mech. Dyn. Astron. 104, 103: long axes in line, to second degree in the moments.
+    system = ellipsoids.with_options(gravity="multipole:2")
+    inertia = [np.asarray(body.inertia) for body in system]
+    masses = np.asarray(system.masses)
+    m, total = masses.prod() / masses.sum(), masses.sum()
+    excess = sum((i[1] + i[2] - 2 * i[0]) / mass for i, mass in zip(inertia, masses, strict=True))
+    polar = inertia[0][2] + inertia[1][2]
+
+    def momentum(r):
+        rate = np.sqrt(total / r**3 * (1 + 1.5 * excess / r**2))
+        return rate * (m * r**2 + polar)
+
+    found = analysis.relative_equilibrium(system, separation=3.0)
+    assert found.angular_momentum == pytest.approx(momentum(3.0), rel=1e-13)
+    branch = analysis.branch(found, until=1.7)
+    fold = minimize_scalar(momentum, bounds=(1.5, 4.0), method="bounded", options={"xatol": 1e-10}).x
+    assert branch.folds[0].equilibrium.separation == pytest.approx(fold, rel=1e-6)
+    assert branch.folds[0].equilibrium.angular_momentum == pytest.approx(momentum(fold), rel=1e-12)
+    # Farther than the fold it is a minimum of energy, nearer it is unstable.
+    assert np.array_equal(branch.energetically_stable, branch.separation > fold)
+    assert np.array_equal(branch.linearly_stable, branch.separation > fold)

@@ -54,6 +54,9 @@ def test_runs(path, tmp_path, kernel):
     # Of the notebook before nothing is left but what it has imported.
     fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f"
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
+    # What would take minutes is run small: a cell may say how, in place of what it says to the reader.
+    for cell in code(notebook):
+        cell.source += "\n" + cell.metadata.get("small", "")
     kernel.nb = notebook
     for index, cell in enumerate(notebook.cells):
         kernel.execute_cell(cell, index)

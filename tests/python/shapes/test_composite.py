@@ -107,6 +107,24 @@ def test_a_homothetic_shell_has_no_field_inside():
     close(shell.inertia, inertia(outer.mass, AXES) * (1.0 - 0.6**5), 1e-14)
 
 
+def test_parts_that_nearly_cancel_are_told():
+    """A shell of a part in 1e9 of its radius: eight digits of the forces are lost."""
+    shells = {
+        thin: Body(Composite.layers(Sphere(1.0), fractions=(1.0, 1.0 - thin), densities=(3.0, 0.0)), name="shell")
+        for thin in (0.3, 1e-9)
+    }
+    fullbody.System([shells[0.3], PROBE], G=1.0)
+    told = r"parts 0 and 1 of shell, of 12\.5664 and -12\.5664 in mass, nearly cancel: .* by 1e-07 of their size"
+    with pytest.warns(fullbody.InconsistentInput, match=told):
+        system = fullbody.System([shells[1e-9], PROBE], G=1.0)
+    found = system.interactions(pose(2.5))
+    exact = fullbody.System([Body(Sphere(1.0), mass=shells[1e-9].mass, name="shell"), PROBE], G=1.0)
+    error = np.abs(found.force / exact.interactions(pose(2.5)).force - 1.0).max()
+    assert error < 1e-7
+    # Who asks for no more is not told.
+    fullbody.System([shells[1e-9], PROBE], G=1.0, gravity_tolerance=1e-8)
+
+
 def test_the_field_inside_an_ellipsoid_is_linear():
     """Its trace is Poisson's -4 pi G density, and it joins the one outside."""
     body = Body(Ellipsoid(*AXES), density=3.0)
@@ -213,6 +231,23 @@ def test_the_sum_over_parts(gravity, distance):
     close(f.force, np.array([force, -force]), 1e-14)
     close(f.torque, torques, 2e-14, scale=np.linalg.norm(force))
     close(f.potential_energy, energy, 1e-14)
+
+
+def test_the_quadratures_name_parts_and_method():
+    bodies = [Body(Composite(lump()), name="A"), PROBE, Body(Ellipsoid(0.2, 0.2, 0.1), mass=0.1, name="C")]
+    position = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 5.0, 0.0]]
+    for gravity in ("focal", "multipole:4"):
+        system = fullbody.System(bodies, G=1.0, gravity=gravity)
+        rows = fullbody.Simulation(system, fullbody.State(position, np.zeros((3, 3)))).quadrature
+        expected = [(("A", other), (part, 0)) for other in ("probe", "C") for part in range(5)]
+        assert [(row["pair"], row["parts"]) for row in rows] == [*expected, (("probe", "C"), None)]
+        assert {row["method"] for row in rows} == {gravity}
+        for row in rows:
+            if gravity == "focal":
+                assert row["integrated"] in row["pair"]
+                assert row["points"] >= 1
+            else:
+                assert (row["integrated"], row["points"], row["order"]) == (None, None, None)
 
 
 def test_third_law():

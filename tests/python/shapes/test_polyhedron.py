@@ -337,6 +337,9 @@ def test_numbering_turning_and_units_change_nothing():
     "integrator",
     [
         fullbody.Verner98(),
+        fullbody.Verner87(rtol=1e-12, atol=1e-12),
+        fullbody.Verner76(rtol=1e-12, atol=1e-12),
+        fullbody.Verner65(rtol=1e-11, atol=1e-11),
         fullbody.DormandPrince54(rtol=1e-11, atol=1e-11),
         fullbody.LieGroupVariational(step=0.05),
         fullbody.SymplecticSplitting(step=0.05),

@@ -166,6 +166,7 @@ def test_runs_toml_and_archives_keep_polyhedra(tmp_path):
     simulation.save(tmp_path / "simulation")
     resumed = fullbody.Simulation.load(tmp_path / "simulation")
     assert resumed.system == system
+    assert resumed.quadrature == simulation.quadrature
     assert np.array_equal(resumed.integrate(1.0).position, simulation.integrate(1.0).position)
     write(tmp_path / "a.tab", solid, "tab")
     mesh = f"{{ vertices = {box(1.0, 1.0, 1.0).vertices.tolist()}, faces = {CUBE.tolist()} }}"
@@ -248,9 +249,16 @@ def test_what_is_not_done_is_refused():
         (CORNERS, [[0, 1, 2], [1, 2]], "faces is no table of numbers"),
         (CORNERS, CUBE - 1, "face 0, vertex 0"),
         (CORNERS, CUBE[:-1], "expected a closed surface"),
+        (CORNERS, [*CUBE, CUBE[4]], "face 12 is the same three vertices as face 4; expected each face once"),
         (CORNERS, CUBE[:, ::-1], "turned inward"),
         (CORNERS * [1.0, 1.0, 0.0], CUBE, "face"),
         (CORNERS * np.nan, CUBE, "vert"),
+        (
+            CORNERS * 1e-150,
+            CUBE,
+            "largest coordinate of the vertices is 1e-150; expected one whose cube is in the range",
+        ),
+        (CORNERS * 1e150, CUBE, "largest coordinate of the vertices is 1e150; expected one whose cube is in the range"),
     ],
 )
 def test_bad_meshes_are_refused(vertices, faces, message):

@@ -9,7 +9,7 @@ use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{BodyGravity, Method, Pair, Pose};
 use fullbody::patience::{HOOK_INTERVAL, Patience, UNITS};
-use fullbody::shape::{Body, Polyhedron, Shape};
+use fullbody::shape::{Body, GivenPart, Meeting, Polyhedron, Shape};
 use fullbody::trajectory::{
     Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
 };
@@ -240,6 +240,27 @@ fn a_large_polyhedron_beside_an_ellipsoid() {
         assert!((sum - whole).norm() < 1e-13 * size);
     }
     interrupted(impatient(|patience| pair.prepare(&pose, 0.0, patience)));
+}
+
+/// Whether composites of many parts overlap is asked part by part.
+#[test]
+fn overlap_of_many_parts() {
+    let parts = |n: usize| {
+        let part = |k: usize| GivenPart {
+            shape: Shape::sphere(0.4).unwrap(),
+            mass: 1.0,
+            position: [k as f64, (k * k % 7) as f64, 0.0],
+            attitude: [1.0, 0.0, 0.0, 0.0],
+        };
+        Body::composite("A", (0..n).map(part).collect()).unwrap()
+    };
+    let (first, second) = (parts(400), parts(400));
+    let turn = Mat3::identity();
+    let separation = Vec3::new(0.0, 0.0, 0.81);
+    let meet =
+        |patience: &mut Patience| Meeting::of([&first, &second], &separation, [&turn, &turn], 2.5, patience);
+    assert!(!meet(&mut Patience::endless()).unwrap().overlap);
+    assert_eq!(interrupted(impatient(meet)), 2.5);
 }
 
 /// The moments of a large mesh are computed once, when they are first needed.
