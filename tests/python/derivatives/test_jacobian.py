@@ -59,6 +59,27 @@ def test_reference_values(case, gravity):
             )
 
 
+POSES = reference("pair_jacobians")
+
+
+@pytest.mark.parametrize("gravity", ["focal", "surface"])
+@pytest.mark.parametrize("case", POSES, ids=[case["name"] for case in POSES])
+def test_poses_near_and_far(case, gravity):
+    # In 18 digits: tests/data/make_derivatives.py.
+    system, state = pair(case, gravity)
+    jacobian = system.jacobian(state)
+    expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
+    rows = [jacobian.force_by_position[0], jacobian.torque_by_position[0], jacobian.torque_by_position[1]]
+    turned = [jacobian.force_by_rotation[0], jacobian.torque_by_rotation[0], jacobian.torque_by_rotation[1]]
+    for i in range(3):
+        blocks = [rows[i][:, 1], turned[i][:, 0], turned[i][:, 1]]
+        for j, block in enumerate(blocks):
+            of_reference = expected[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+            # A sphere has no torque.
+            scale = max(np.abs(of_reference).max(), 1e-6 * np.abs(expected[0:3, 0:3]).max())
+            assert worst(block, of_reference, scale) < 1e-12
+
+
 def by_differences(system, state):
     """The rates' derivatives by differences of fourth order of the rates themselves."""
     size = scales(system, state)
