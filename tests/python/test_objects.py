@@ -76,6 +76,9 @@ def made(units=False):
     ]
     composite = fullbody.Body(fullbody.Composite(parts), name="Selam")
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.5]]) * km
+    particles = fullbody.Particles(np.array([[6.0, 0.0, 0.0]]) * km, np.array([[0.0, 0.4, 0.0]]) * km / hour)
+    ending = [events.Apoapsis(0, 1, terminal=True)]
+    ended = system.integrate(state, 20.0, events=ending, derivatives=["G"])
     wedge = fullbody.Polyhedron(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     return (
         *shapes,
@@ -101,6 +104,10 @@ def made(units=False):
         system.interactions(state),
         system.gravity(state, np.array([[5.0, 0.0, 0.0], [0.0, 6.0, 1.0]]) * km),
         system.energy(state),
+        system.jacobian(state, ["G"]),
+        ended.at_last_event(),
+        particles,
+        run.fly(particles, 5.0, output=1.0),
         fullbody.Simulation(system, state, integrators[0]),
         fullbody.KeplerElements(2.0 * km, 0.3, 0.4, 0.5, 0.6, 0.7),
         fullbody.KeplerElements([1.0, 2.0] * km, 0.3, 0.4, [0.5, 0.6], 0.6, 0.7),

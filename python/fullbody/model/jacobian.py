@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..base.values import ArrayFields, block
+from ..base.values import ArrayFields
 from ..typing import Array
 
 __all__ = ["Jacobian"]
@@ -43,5 +43,5 @@ class Jacobian(ArrayFields):
     by_parameter: dict[str, npt.NDArray[np.float64]]
 
     def __repr__(self) -> str:
-        names = ("force_by_position", "force_by_rotation", "torque_by_position", "torque_by_rotation", "rates")
-        return block("Jacobian(", **{name: getattr(self, name) for name in names})
+        bodies, parameters = len(self.flow) // 12, ", ".join(self.by_parameter)
+        return f"Jacobian({bodies} bodies{', parameters ' + parameters if parameters else ''})"

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ..base.arguments import integer, named_options
 from ..base.units import Units, gathered, is_quantity
+from ..base.values import same
 from ..errors import InvalidInput
 from ..model.state import State
 from .launch import Ground, cone, thrown
@@ -102,6 +103,13 @@ class Particles:
 
     def __len__(self) -> int:
         return len(self._given["position"])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Particles):
+            return NotImplemented
+        return all(same(value, other._given[name]) for name, value in self._given.items())
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"Particles({len(self)} particle{'s' if len(self) != 1 else ''})"

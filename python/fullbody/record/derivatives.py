@@ -43,6 +43,10 @@ class EventDerivatives(ArrayFields):
     time_sensitivity: dict[str, float]
     sensitivity: dict[str, npt.NDArray[np.float64]]
 
+    def __repr__(self) -> str:
+        bodies, parameters = len(self.time) // 12, ", ".join(self.sensitivity)
+        return f"EventDerivatives({bodies} bodies{', parameters ' + parameters if parameters else ''})"
+
 
 class Differentiated:
     """What a run has that was integrated with ``derivatives=`` or ``chaos=True``.

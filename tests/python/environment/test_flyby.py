@@ -61,7 +61,7 @@ def test_the_closest_approach_is_at_periapsis():
     system, state = pair()
     sim = fullbody.Simulation(system.with_forces([planet]), state, LOOSE)
     watched = [(Condition.ClosestApproach(0), 0, False)]
-    record, error = sim._core.integrate(until, np.array([until]), watched, False, None, None)
+    record, error = sim._core.integrate(until, np.array([until]), watched, False, None, None, (None, False))
     assert error is None
     assert [time for _, time, _ in record["events"]] == [pytest.approx(when, rel=1e-4)]
 
