@@ -69,7 +69,7 @@ def surface(system: BaseSystem, state: State, body: int | str = 0, *, rows: int 
     With r from the body's centre of mass, omega its spin, Phi the potential and g the field of all bodies, Phi_o that
     of the others, and a_c the acceleration of the centre, in the body frame,
 
-      a = g - a_c - omega x (omega x r) - omega' x r,    V = -(Phi - Phi_o(0)) + a_c.r - |omega x r|^2 / 2.
+    ``a = g - a_c - omega x (omega x r) - omega' x r`` and ``V = -(Phi - Phi_o(0)) + a_c.r - |omega x r|^2 / 2``.
 
     a_c and omega' come from the mutual forces and torques. Forces from outside are left out. V has no part for omega',
     which has no potential.

@@ -1,7 +1,7 @@
 """Massless particles among moving bodies: spacecraft, ejecta, dust.
 
-The bodies do not feel them. :meth:`fullbody.System.fly` and :meth:`fullbody.Run.fly` push :class:`Particles` along the
-bodies' motion; what comes of it is a :class:`Flight`.
+The bodies do not feel them. :meth:`fullbody.System.fly` and :meth:`fullbody.Run.fly` push
+:class:`fullbody.Particles` along the bodies' motion; what comes of it is a :class:`fullbody.Flight`.
 """
 
 from .events import Function, ParticleEvent, Periapsis, Shadow
