@@ -13,10 +13,10 @@
 //! |x| |g|: with Q_i the differences of the R_i, n_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f n_2 n_3 n_j (a_3^2 - a_2^2) / (x_2 x_3) in the
 //! notation of [`crate::gravity::PointField::bend`], no digits are lost.
 
-use super::means::Place;
+use super::means::{Place, load};
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
-use crate::math::lanes::{Lanes, Total, total_vector};
+use crate::math::lanes::{Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
@@ -162,12 +162,7 @@ impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
         register: usize,
     ) {
         let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
-        let (nodes, from) = (sum.nodes, register * S::F64_LANES);
-        let mut y = [Lanes::splat(simd, 0.0); 3];
-        for i in 0..3 {
-            y[i] = Lanes::load(simd, &nodes.points[i][from..], 0);
-        }
-        let weight = Lanes::load(simd, &nodes.weights[from..], 0);
+        let (y, weight) = load(simd, sum.nodes, register);
         let x = place.of(y);
         let field = sum.kernel.field(x);
         let (n, f) = field.bend(x);

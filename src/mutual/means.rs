@@ -105,12 +105,7 @@ impl<S: Simd, const D: usize> Running<S, D> {
     #[inline(always)]
     fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &ForceSum<'_, K, D>, register: usize) {
         let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
-        let (nodes, from) = (sum.nodes, register * S::F64_LANES);
-        let mut y = [Lanes::splat(simd, 0.0); 3];
-        for i in 0..3 {
-            y[i] = Lanes::load(simd, &nodes.points[i][from..], 0);
-        }
-        let weight = Lanes::load(simd, &nodes.weights[from..], 0);
+        let (y, weight) = load(simd, sum.nodes, register);
         let x = place.of(y);
         let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
@@ -148,6 +143,21 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
         }
         sum.value()
     }
+}
+
+/// The nodes of `N` registers from one on, and their weights.
+#[inline(always)]
+pub(super) fn load<S: Simd, const N: usize>(
+    simd: S,
+    nodes: &Nodes,
+    register: usize,
+) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
+    let from = register * S::F64_LANES;
+    let mut y = [Lanes::splat(simd, 0.0); 3];
+    for i in 0..3 {
+        y[i] = Lanes::load(simd, &nodes.points[i][from..], 0);
+    }
+    (y, Lanes::load(simd, &nodes.weights[from..], 0))
 }
 
 /// Where the nodes are, from the field body's centre.

@@ -217,6 +217,22 @@ def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
 
 
+def numbers(value: Any) -> Array:
+    """The numbers of an array or a Quantity."""
+    return np.asarray(getattr(value, "value", value), dtype=np.float64)
+
+
+def unit_of(value: Any) -> str:
+    """The unit of a Quantity for a label; of plain numbers, that they are in the system's units."""
+    return str(value.unit.to_string("unicode")) if hasattr(value, "unit") else "system units"
+
+
+def world(ax: Any) -> None:
+    """A map of all longitudes and latitudes, in degrees."""
+    ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
+    ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
+
+
 def check_axes(ax: Any, what: str, projection: str = "") -> Any:
     """Refuse what is no axes of matplotlib's, and axes in 3D for a plot in 2D or the other way round."""
     if not isinstance(ax, matplotlib("axes").Axes) or (ax.name == "3d") != (projection == "3d"):

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..fields.samples import samples
-from ._style import LINES, check_axes, grid, matplotlib, plain, single
+from ._style import LINES, check_axes, grid, matplotlib, numbers, plain, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField
@@ -29,20 +29,12 @@ def _values(field: SurfaceField, quantity: str) -> tuple[_Numbers, str]:
         raise InvalidInput(f"quantity is {quantity!r}; expected one of {', '.join(map(repr, _SHOWN))}")
     value = getattr(field, quantity)
     if quantity == "slope":
-        return np.degrees(_plain(value)), "slope [deg]"
-    return _plain(value), f"{_SHOWN[quantity]} [{_unit(value)}]"
-
-
-def _plain(value: Any) -> _Numbers:
-    return np.asarray(getattr(value, "value", value), dtype=np.float64)
-
-
-def _unit(value: Any) -> str:
-    return str(value.unit.to_string("unicode")) if hasattr(value, "unit") else "system units"
+        return np.degrees(numbers(value)), "slope [deg]"
+    return numbers(value), f"{_SHOWN[quantity]} [{unit_of(value)}]"
 
 
 def _length(value: Any, letter: str) -> str:
-    return f"{letter} [{_unit(value)}]"
+    return f"{letter} [{unit_of(value)}]"
 
 
 @named_options
@@ -64,9 +56,9 @@ def surface_map(field: SurfaceField, quantity: str = "slope", ax: Any = None, **
     """
     values, label = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
-    corners = _plain(field.cells)
+    corners = numbers(field.cells)
     x, y, z = np.moveaxis(corners, -1, 0)
-    middle = np.degrees(_plain(field.longitude))[:, None]
+    middle = np.degrees(numbers(field.longitude))[:, None]
     ring = np.hypot(x, y)
     longitude = middle + (np.degrees(np.arctan2(y, x)) - middle + 180.0) % 360.0 - 180.0
     # A pole has all longitudes: that of the next corner, on either side.
@@ -83,8 +75,8 @@ def surface_map(field: SurfaceField, quantity: str = "slope", ax: Any = None, **
     style = {"array": colours, "antialiased": False, "rasterized": True, **kwargs}
     drawn = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.85)
-    ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
-    ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30), title=plain(field.name))
+    world(ax)
+    ax.set_title(plain(field.name))
     return ax
 
 
@@ -106,7 +98,7 @@ def surface_scene(field: SurfaceField, quantity: str = "slope", ax: Any = None, 
     """
     values, label = _values(field, quantity)
     ax = _stage(ax)
-    cells = _plain(field.cells)
+    cells = numbers(field.cells)
     drawn = ax.add_collection3d(_polygons(cells, **{"array": values, "linewidths": 0.0, **kwargs}))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.6, pad=0.1)
     _equal(ax, cells, field.point)
@@ -137,7 +129,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     matplotlib Axes
     """
     units, points = pair._units, pair.equilibria()
-    constants = {point.name: float(_plain(point.jacobi)) for point in points}
+    constants = {point.name: float(numbers(point.jacobi)) for point in points}
     asked = (
         list(constants.values()) if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
     )
@@ -147,18 +139,18 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
         if not wanted or level - wanted[-1] > 1e-9 * abs(level):
             wanted.append(level)
     ax = single(ax, (6.4, 5.6))
-    x, y, found = (_plain(value) for value in pair.plane(extent))
+    x, y, found = (numbers(value) for value in pair.plane(extent))
     low, high = (min(constants.values(), default=found.min()), max(constants.values(), default=found.max()))
     span = max(high - low, 0.05 * abs(high))
     shades = {"levels": np.linspace(low, high + span, 16), "cmap": "Greys", "extend": "max", "alpha": 0.6}
     filled = ax.contourf(x, y, found, **shades)
-    ax.figure.colorbar(filled, ax=ax, label=f"Jacobi constant [{_unit(pair.jacobi([[0.0, 0.0, 0.0]]))}]", shrink=0.85)
+    ax.figure.colorbar(filled, ax=ax, label=f"Jacobi constant [{unit_of(pair.jacobi([[0.0, 0.0, 0.0]]))}]", shrink=0.85)
     colours = [LINES[k % len(LINES)]["color"] for k in range(len(wanted))]
     ax.contour(x, y, found, **{"levels": wanted, "colors": colours, "linewidths": 1.1, **kwargs})
     for k, body in enumerate(pair._bodies):
         _silhouette(ax, pair, k, body)
     for point in points:
-        place = _plain(point.position)
+        place = numbers(point.position)
         face = "black" if point.stable else "white"
         ax.plot(*place[:2], marker="o", markersize=5, color="black", markerfacecolor=face, zorder=4)
         ax.annotate(point.name, place[:2], xytext=(5, 5), textcoords="offset points", fontsize="small", zorder=4)
@@ -189,7 +181,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     all_points = []
     for k, (name, body) in enumerate(zip(pair.system.names, pair._bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
-        points = _plain(pair.roche_lobe(name, rows=rows).points)
+        points = numbers(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))
         style = {"color": colour, "alpha": 0.18, "linewidth": 0.1, "rstride": 1, "cstride": 1, "label": plain(name)}
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
-from ._style import LINES, grid, plain, single
+from ._style import LINES, grid, numbers, plain, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..particles.flight import Flight
@@ -52,17 +52,14 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         style["color"] = LINES[0]["color"]
     else:
         values = getattr(flight, "fate_time" if colour == "time" else colour)
-        unit = f" [{values.unit.to_string('unicode')}]" if hasattr(values, "unit") else " [system units]"
-        numbers = np.asarray(getattr(values, "value", values))
-        if colour == "incidence":
-            unit, numbers = " [deg]", np.degrees(numbers)
-        style["c"] = numbers[struck]
+        in_degrees = colour == "incidence"
+        unit = "deg" if in_degrees else unit_of(values)
+        style["c"] = (np.degrees(numbers(values)) if in_degrees else numbers(values))[struck]
     longitude, latitude = (np.degrees(flight._record[name][struck]) for name in ("longitude", "latitude"))
     drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
-        ax.figure.colorbar(drawn, ax=ax, label=_COLOURS[colour] + unit, shrink=0.85)
-    ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
-    ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
+        ax.figure.colorbar(drawn, ax=ax, label=f"{_COLOURS[colour]} [{unit}]", shrink=0.85)
+    world(ax)
     ax.set_title(f"{plain(flight.system.names[place])}, {int(struck.sum())} of {len(flight)} particles")
     grid(ax)
     return ax
