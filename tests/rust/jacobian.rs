@@ -2,10 +2,12 @@
 
 use crate::mutual::{Bodies, any_bodies, any_pose, pair, pose};
 use crate::support::*;
+use fullbody::dynamics::{BarycentricFrame, Parameter, Settings, State, System, Variations};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Jacobian, Method, Pose};
 use fullbody::patience::Patience;
+use fullbody::shape::Body;
 use proptest::prelude::*;
 
 fn jacobian(bodies: &Bodies, method: Method, path: VectorPath, pose: &Pose) -> Jacobian {
@@ -119,5 +121,34 @@ proptest! {
             let rows = pair.jacobian(&pose).rows();
             same(&rows, &expected, bodies.levers(), 1e-8, &format!("{method}, {bodies:?} at {distance}"));
         }
+    }
+}
+
+#[test]
+fn departures_allocate_nothing_within_a_step() {
+    let bodies = Bodies { a: [1.0, 0.8, 0.6], b: [0.5, 0.4, 0.3] };
+    for gravity in [Method::Focal, Method::Surface, Method::Multipole(4), Method::Point] {
+        let [a, b] = bodies.shapes();
+        let both = vec![Body::with_mass("Alpha", a, 1.0).unwrap(), Body::with_mass("Beta", b, 0.3).unwrap()];
+        let system = System::new(both, 1.0, Settings { gravity, ..Settings::default() }).unwrap();
+        let zero = Vec3::zeros();
+        let place = vec![zero, Vec3::new(2.0, 1.0, 0.5)];
+        let turn = vec![[1.0, 0.0, 0.0, 0.0]; 2];
+        let state = State::new(0.0, place, vec![zero; 2], turn, vec![Vec3::new(0.1, 0.2, 0.3); 2]).unwrap();
+        let (frame, y, _) = BarycentricFrame::new(system.layout(), &system.masses(), &state);
+        let endless = &mut Patience::endless();
+        let mut dynamics = system.dynamics(&frame, endless).unwrap();
+        dynamics.prepare(0.0, &y, 0.1, endless).unwrap();
+        dynamics.prepare_variations(0.0, endless).unwrap();
+        let names = Parameter::all(system.bodies(), system.forces());
+        let all = names.iter().filter_map(|(name, _)| Parameter::named(name, &system).ok()).collect();
+        let mut variations = Variations::new(&dynamics, all).unwrap();
+        let columns = variations.start();
+        let mut rates = columns.clone();
+        let before = allocations();
+        variations.look(&mut dynamics, 0.0, &y).unwrap();
+        variations.rates(system.arch(), &columns, &mut rates);
+        assert_eq!(allocations() - before, 0, "{gravity}");
+        assert!(rates.iter().all(|rate| rate.is_finite()));
     }
 }
