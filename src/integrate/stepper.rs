@@ -93,16 +93,6 @@ impl Step<'_> {
         self.tableau
     }
 
-    /// The vector of one of the pair's stages, without what rounding drops.
-    pub fn stage(&self, stage: usize, out: &mut [f64]) {
-        out.copy_from_slice(self.start);
-        for (weight, rates) in self.tableau.a[stage].iter().zip(self.rates.chunks_exact(self.stride())) {
-            if *weight != 0.0 {
-                out.iter_mut().zip(rates).for_each(|(y, k)| *y += self.size * weight * k);
-            }
-        }
-    }
-
     /// By how much the rates of change of a range of numbers differ from the first ones at most, at the pair's own stages. `out` has
     /// the [`Self::stride`] as its length, and what it holds elsewhere means nothing.
     pub fn changes(&self, arch: Arch, range: Range<usize>, out: &mut [f64]) {

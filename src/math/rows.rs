@@ -132,39 +132,3 @@ impl WithSimd for Advance<'_> {
         }
     }
 }
-
-/// A weighted sum of rows of the length of `out`, times a size, added to a start.
-pub struct Combination<'a> {
-    /// The terms of the sum; low parts are left out.
-    pub terms: &'a [Term],
-    /// Rows, one after the other.
-    pub rows: &'a [f64],
-    /// The factor of the sum.
-    pub size: f64,
-    /// What it is added to.
-    pub start: &'a [f64],
-    /// The result; a [`stride`] is its length.
-    pub out: &'a mut [f64],
-}
-
-impl WithSimd for Combination<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let start = S::as_simd_f64s(self.start).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let width = out.len();
-        for (column, (out, start)) in out.iter_mut().zip(start).enumerate() {
-            *out = *start;
-            for term in self.terms {
-                let weight = simd.splat_f64s(self.size * term.weight);
-                let values = &rows[term.row * width + column];
-                for k in 0..COLUMNS {
-                    out[k] = simd.mul_add_e_f64s(weight, values[k], out[k]);
-                }
-            }
-        }
-    }
-}
