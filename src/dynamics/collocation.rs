@@ -116,7 +116,10 @@ impl Collocation {
     /// Takes the motion's vectors at the ends of a step.
     pub fn between(&mut self, dynamics: &Dynamics, variations: &Variations, ends: [&[f64]; 2]) {
         for (attitudes, y) in self.ends.iter_mut().zip(ends) {
-            attitudes.iter_mut().enumerate().for_each(|(body, attitude)| *attitude = dynamics.attitude(y, body));
+            attitudes
+                .iter_mut()
+                .enumerate()
+                .for_each(|(body, attitude)| *attitude = dynamics.attitude(y, body));
         }
         dynamics.scales(ends[0], &mut self.sizes);
         variations.inverse_sizes(&self.sizes, &mut self.inverse);
@@ -152,9 +155,8 @@ impl Collocation {
         let Self { half, width, stride, turn, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
-        let table: [[f64; N]; N] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| size * self.gauss.integrals[i][j])
-        });
+        let table: [[f64; N]; N] =
+            std::array::from_fn(|i| std::array::from_fn(|j| size * self.gauss.integrals[i][j]));
         let [before, pushes] = &mut self.pushes;
         // A much longer step is beyond what its polynomial knows.
         let growth = self.before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));

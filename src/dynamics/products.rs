@@ -13,8 +13,11 @@ pub(super) fn product<S: Simd>(
     rows: &[S::f64s; DEPTH],
     start: S::f64s,
 ) -> S::f64s {
-    let pairs = weights.iter().zip(rows);
-    pairs.fold(start, |sum, (weight, row)| simd.mul_add_e_f64s(simd.splat_f64s(*weight), *row, sum))
+    let mut sum = start;
+    for k in 0..DEPTH {
+        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[k]), rows[k], sum);
+    }
+    sum
 }
 
 /// Adds the product of a matrix and the first half of the rows of columns, times a size, to the second half.

@@ -85,6 +85,49 @@ fn along<S: Simd, const N: usize>(
     out
 }
 
+/// A start plus the weighted sum of rates at the nodes.
+#[inline(always)]
+fn step<S: Simd, const N: usize>(
+    simd: S,
+    start: S::f64s,
+    rates: &[S::f64s; N],
+    weights: &[f64; N],
+) -> S::f64s {
+    let mut sum = simd.splat_f64s(0.0);
+    for i in 0..N {
+        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[i]), rates[i], sum);
+    }
+    simd.add_f64s(start, sum)
+}
+
+/// |x|.
+#[inline(always)]
+fn size<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    simd.max_f64s(x, simd.sub_f64s(simd.splat_f64s(0.0), x))
+}
+
+/// The largest of lanes, or not a number where one is none.
+#[inline(always)]
+fn largest<S: Simd>(lanes: S::f64s) -> f64 {
+    let mut values = [0.0; 8];
+    store::<S>(&mut values, 0, lanes);
+    let mut largest = 0.0;
+    for value in values {
+        largest = if value > largest || value.is_nan() { value } else { largest };
+    }
+    largest
+}
+
+#[inline(always)]
+fn load<S: Simd>(values: &[f64], at: usize) -> S::f64s {
+    S::as_simd_f64s(&values[at..][..S::F64_LANES]).0[0]
+}
+
+#[inline(always)]
+fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
+    S::as_mut_simd_f64s(&mut values[at..][..S::F64_LANES]).0[0] = lanes;
+}
+
 /// Rows of numbers at the nodes.
 #[inline(always)]
 fn nodes<S: Simd, const N: usize>(values: &mut [f64]) -> &mut [[S::f64s; N]] {
@@ -93,17 +136,24 @@ fn nodes<S: Simd, const N: usize>(values: &mut [f64]) -> &mut [[S::f64s; N]] {
 
 #[inline(always)]
 fn turned<S: Simd>(simd: S, m: &Mat3, v: [S::f64s; 3]) -> [S::f64s; 3] {
-    [0, 1, 2].map(|c| {
-        let sum = simd.mul_f64s(simd.splat_f64s(m[(c, 0)]), v[0]);
-        let sum = simd.mul_add_e_f64s(simd.splat_f64s(m[(c, 1)]), v[1], sum);
-        simd.mul_add_e_f64s(simd.splat_f64s(m[(c, 2)]), v[2], sum)
-    })
+    let mut out = [simd.splat_f64s(0.0); 3];
+    for j in 0..3 {
+        for c in 0..3 {
+            out[c] = simd.mul_add_e_f64s(simd.splat_f64s(m[(c, j)]), v[j], out[c]);
+        }
+    }
+    out
 }
 
 impl<const N: usize> Sweeps<'_, N> {
     #[inline(always)]
     fn by<S: Simd>(mut self, simd: S) -> bool {
-        self.range.clone().step_by(S::F64_LANES).all(|first| self.solve(simd, first))
+        for first in self.range.clone().step_by(S::F64_LANES) {
+            if !self.solve(simd, first) {
+                return false;
+            }
+        }
+        true
     }
 
     #[inline(always)]
@@ -119,25 +169,26 @@ impl<const N: usize> Sweeps<'_, N> {
         let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
         let (start, last) = S::as_mut_simd_f64s(&mut rest[..3 * half * lanes]).0.split_at_mut(2 * half);
         let bodies = self.ends[0].len();
-        let turns = |body: usize| turn + 3 * body..turn + 3 * body + 3;
         let spinning = turn..turn + 3 * bodies;
 
         // The start, with the rotations in inertial axes.
-        let load = |values: &[f64], row: usize| S::as_simd_f64s(&values[row * width + at..][..lanes]).0[0];
-        (0..2 * half).for_each(|row| start[row] = load(self.columns, row));
-        for (body, attitude) in self.ends[0].iter().enumerate() {
-            let theta = &mut start[turns(body)];
-            theta.copy_from_slice(&turned(simd, attitude, [theta[0], theta[1], theta[2]]));
+        for row in 0..2 * half {
+            start[row] = load::<S>(self.columns, row * width + at);
+        }
+        for body in 0..bodies {
+            let row = turn + 3 * body;
+            let theta = turned(simd, &self.ends[0][body], [start[row], start[row + 1], start[row + 2]]);
+            start[row..row + 3].copy_from_slice(&theta);
         }
         let mut scale = simd.splat_f64s(f64::MIN_POSITIVE);
-        for (value, inverse) in start.iter().zip(self.inverse) {
-            scale = simd.mul_add_e_f64s(simd.abs_f64s(*value), simd.splat_f64s(*inverse), scale);
+        for row in 0..2 * half {
+            scale = simd.mul_add_e_f64s(size(simd, start[row]), simd.splat_f64s(self.inverse[row]), scale);
         }
         match &self.factors {
             Some(factors) => {
                 let before = S::as_simd_f64s(&self.before[place..place + length]).0.as_chunks::<N>().0;
-                for (push, before) in pushes.iter_mut().zip(before) {
-                    *push = along(simd, simd.splat_f64s(0.0), before, factors);
+                for row in 0..half {
+                    pushes[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
                 }
             }
             None => pushes.fill([simd.splat_f64s(0.0); N]),
@@ -148,13 +199,16 @@ impl<const N: usize> Sweeps<'_, N> {
 
         let mut share_before = f64::NAN;
         for sweep in 1.. {
-            for row in (0..half).filter(|row| !spinning.contains(row)) {
-                q[row] = along(simd, start[row], &p[row], &integrals);
+            for row in 0..half {
+                if !spinning.contains(&row) {
+                    q[row] = along(simd, start[row], &p[row], &integrals);
+                }
             }
             for body in 0..bodies {
-                let rates = turning(simd, &self.attitudes[N * body..][..N], turn + 3 * body, p);
-                for (row, rates) in turns(body).zip(&rates) {
-                    q[row] = along(simd, start[row], rates, &integrals);
+                let row = turn + 3 * body;
+                let rates = turning(simd, &self.attitudes[N * body..][..N], row, p);
+                for c in 0..3 {
+                    q[row + c] = along(simd, start[row + c], &rates[c], &integrals);
                 }
             }
             for row in 0..half {
@@ -165,28 +219,33 @@ impl<const N: usize> Sweeps<'_, N> {
                     pushes[row][i] = if self.forcing.is_empty() {
                         simd.splat_f64s(0.0)
                     } else {
-                        load(self.forcing, i * half + row)
+                        load::<S>(self.forcing, (i * half + row) * width + at)
                     };
                 }
                 for (matrix, from) in [(self.by_place, &*q), (self.by_motion, &*p)] {
-                    let matrix = matrix.chunks_exact(half * self.stride).nth(i).unwrap_or(&[]);
-                    for block in (0..half).step_by(DEPTH) {
+                    if matrix.is_empty() {
+                        continue;
+                    }
+                    let blocks = self.stride / DEPTH;
+                    let matrix = &matrix.as_chunks::<DEPTH>().0[i * half * blocks..][..half * blocks];
+                    for block in 0..blocks {
                         let mut rows = [simd.splat_f64s(0.0); DEPTH];
-                        for (k, from) in from[block..].iter().take(DEPTH).enumerate() {
-                            rows[k] = from[i];
+                        for k in 0..DEPTH.min(half - DEPTH * block) {
+                            rows[k] = from[DEPTH * block + k][i];
                         }
-                        for (push, line) in pushes.iter_mut().zip(matrix.chunks_exact(self.stride)) {
-                            let weights = &line.as_chunks::<DEPTH>().0[block / DEPTH];
-                            push[i] = product(simd, weights, &rows, push[i]);
+                        for row in 0..half {
+                            let weights = &matrix[row * blocks + block];
+                            pushes[row][i] = product(simd, weights, &rows, pushes[row][i]);
                         }
                     }
                 }
                 for body in 0..bodies {
                     let row = turn + 3 * body;
-                    for (c, [a, b]) in self.euler[3 * (i * bodies + body)..][..3].iter().enumerate() {
+                    for c in 0..3 {
+                        let [a, b] = self.euler[3 * (i * bodies + body) + c];
                         let (j, k) = (row + (c + 1) % 3, row + (c + 2) % 3);
-                        let sum = simd.mul_add_e_f64s(simd.splat_f64s(*a), p[j][i], pushes[row + c][i]);
-                        pushes[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(*b), p[k][i], sum);
+                        let sum = simd.mul_add_e_f64s(simd.splat_f64s(a), p[j][i], pushes[row + c][i]);
+                        pushes[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(b), p[k][i], sum);
                     }
                 }
             }
@@ -196,20 +255,20 @@ impl<const N: usize> Sweeps<'_, N> {
             // The change is measured at the last node, since it grows with the time within the step.
             let mut change = simd.splat_f64s(0.0);
             let mut scale = scale;
-            for (row, inverse) in self.inverse_rates.iter().enumerate() {
-                let (inverse, now) = (simd.splat_f64s(*inverse), pushes[row][N - 1]);
-                let by = simd.abs_f64s(simd.sub_f64s(now, last[row]));
+            for row in 0..half {
+                let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), pushes[row][N - 1]);
+                let by = size(simd, simd.sub_f64s(now, last[row]));
                 change = simd.mul_add_e_f64s(by, inverse, change);
-                scale = simd.mul_add_e_f64s(simd.abs_f64s(now), inverse, scale);
+                scale = simd.mul_add_e_f64s(size(simd, now), inverse, scale);
             }
-            let share = simd.reduce_sum_f64s(simd.div_f64s(change, scale));
+            let share = largest::<S>(simd.div_f64s(change, scale));
             // Of the first sweep it is not a number.
             let ratio = share / share_before;
             // What further sweeps would change, if each changes as much less as this one.
             if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
                 break;
             }
-            if sweep >= FIRST && !(ratio < 0.5) {
+            if sweep >= FIRST && (ratio >= 0.5 || ratio.is_nan()) {
                 if share <= NOISE {
                     break;
                 }
@@ -221,27 +280,24 @@ impl<const N: usize> Sweeps<'_, N> {
             share_before = share;
         }
 
-        let mut end = |row: usize, value: S::f64s| {
-            S::as_mut_simd_f64s(&mut self.out[row * width + at..][..lanes]).0[0] = value;
-        };
-        let step = |start: S::f64s, rates: &[S::f64s; N]| {
-            let sum = (0..N).fold(simd.splat_f64s(0.0), |sum, i| {
-                simd.mul_add_e_f64s(simd.splat_f64s(weights[i]), rates[i], sum)
-            });
-            simd.add_f64s(start, sum)
-        };
+        let out = &mut *self.out;
         for row in 0..half {
             if !spinning.contains(&row) {
-                end(row, step(start[row], &p[row]));
+                store::<S>(out, row * width + at, step(simd, start[row], &p[row], &weights));
             }
-            end(half + row, step(start[half + row], &pushes[row]));
+            store::<S>(out, (half + row) * width + at, step(simd, start[half + row], &pushes[row], &weights));
         }
-        for (body, attitude) in self.ends[1].iter().enumerate() {
+        for body in 0..bodies {
             let row = turn + 3 * body;
             let rates = turning(simd, &self.attitudes[N * body..][..N], row, p);
-            let theta = [0, 1, 2].map(|c| step(start[row + c], &rates[c]));
-            let theta = turned(simd, &attitude.transpose(), theta);
-            (0..3).for_each(|c| end(row + c, theta[c]));
+            let mut theta = [start[row]; 3];
+            for c in 0..3 {
+                theta[c] = step(simd, start[row + c], &rates[c], &weights);
+            }
+            let theta = turned(simd, &self.ends[1][body].transpose(), theta);
+            for c in 0..3 {
+                store::<S>(out, (row + c) * width + at, theta[c]);
+            }
         }
         true
     }
@@ -256,9 +312,11 @@ fn turning<S: Simd, const N: usize>(
     p: &[[S::f64s; N]],
 ) -> [[S::f64s; N]; 3] {
     let mut rates = [[simd.splat_f64s(0.0); N]; 3];
-    for (i, attitude) in attitudes.iter().enumerate() {
-        let turned = turned(simd, attitude, [p[row][i], p[row + 1][i], p[row + 2][i]]);
-        (0..3).for_each(|c| rates[c][i] = turned[c]);
+    for i in 0..N {
+        let turned = turned(simd, &attitudes[i], [p[row][i], p[row + 1][i], p[row + 2][i]]);
+        for c in 0..3 {
+            rates[c][i] = turned[c];
+        }
     }
     rates
 }

@@ -5,7 +5,7 @@ use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{Compensated, two_sum};
-use crate::math::rows::{Advance, Increments, LargestChanges, Term, WeightedRows, stride};
+use crate::math::rows::{Advance, Increments, LargestChanges, Sums, Term, WeightedRows, stride};
 use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
@@ -349,15 +349,13 @@ impl Stepper {
         if !self.formed {
             self.complete_stages(equations, patience)?;
             let dimension = self.high.len();
-            self.last.coefficients.fill(0.0);
-            for (stage, weights) in self.tableau.interpolant.weights.iter().enumerate() {
-                let rates = &self.stages[stage * stride(dimension)..][..dimension];
-                for (&weight, row) in weights.iter().zip(self.last.coefficients.chunks_exact_mut(dimension)) {
-                    if weight != 0.0 {
-                        row.iter_mut().zip(rates).for_each(|(c, k)| *c += weight * k);
-                    }
-                }
-            }
+            equations.arch().dispatch(Sums {
+                weights: self.tableau.interpolant.weights,
+                rows: &self.stages,
+                stride: stride(dimension),
+                out: &mut self.last.coefficients,
+                length: dimension,
+            });
             self.formed = true;
         }
         Ok(&self.last)

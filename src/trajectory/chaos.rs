@@ -83,7 +83,9 @@ impl Parting {
         [first, second]: &mut [f64; INTEGRALS],
     ) {
         let half = 0.5 * (to - from);
-        let rate = |time: f64, growth: f64, inner: f64| if time == 0.0 { 0.0 } else { 2.0 * (growth - inner / time) };
+        let rate = |time: f64, growth: f64, inner: f64| {
+            if time == 0.0 { 0.0 } else { 2.0 * (growth - inner / time) }
+        };
         let start = rate(from, before, *first);
         *first += half * (before + after);
         *second += half * (start + rate(to, after, *first));
@@ -103,7 +105,12 @@ impl Parting {
     }
 
     /// The indicators of a departure, a time after the start.
-    pub fn indicators(&self, elapsed: f64, departure: &[f64], [_, second]: [f64; INTEGRALS]) -> [f64; INDICATORS] {
+    pub fn indicators(
+        &self,
+        elapsed: f64,
+        departure: &[f64],
+        [_, second]: [f64; INTEGRALS],
+    ) -> [f64; INDICATORS] {
         if elapsed == 0.0 {
             return [0.0; INDICATORS];
         }

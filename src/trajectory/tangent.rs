@@ -184,7 +184,8 @@ impl Tangent {
         equations.prepare_variations(self.present.time, patience)?;
         let mut departed = self.present.clone();
         for piece in pieces {
-            let from = if departed.time == piece.start() { 0.0 } else { piece.fraction(departed.time).max(0.0) };
+            let from =
+                if departed.time == piece.start() { 0.0 } else { piece.fraction(departed.time).max(0.0) };
             let to = if until == piece.end() { 1.0 } else { piece.fraction(until).min(1.0) };
             if from < to {
                 self.step(equations, piece, [from, to], keep, &mut departed, patience)?;
@@ -223,7 +224,7 @@ impl Tangent {
             piece.at(next, end);
             collocation.between(equations, variations, [y, end]);
             if !collocation.solve(equations, [time, size], &departed.columns, patience)? {
-                if departed.columns.iter().any(|number| !(number.abs() < LARGEST)) {
+                if departed.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
                     departed.columns.fill(f64::NAN);
                     return Ok(());
                 }
@@ -231,7 +232,10 @@ impl Tangent {
                 if length < SHORTEST {
                     return Err(Error::NotConverged {
                         what: format!("the equations of departures at time {time}"),
-                        detail: format!("they change too fast even for a step of {:e}", length * piece.size()),
+                        detail: format!(
+                            "they change too fast even for a step of {:e}",
+                            length * piece.size()
+                        ),
                     });
                 }
                 collocation.forget();
