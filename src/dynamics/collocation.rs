@@ -6,11 +6,12 @@
 //! the step's equations soon come to an end. They begin with the polynomial of the step before.
 
 use super::products::DEPTH;
-use super::sweeps::{Sweeps, TOGETHER};
+use super::sweeps::{Step, Sweeps, TOGETHER};
 use super::{Dynamics, Variations};
 use crate::error::Result;
 use crate::math::Mat3;
 use crate::math::gauss::Gauss;
+use crate::math::lanes::few;
 use crate::patience::Patience;
 use std::num::NonZeroUsize;
 
@@ -155,8 +156,6 @@ impl Collocation {
         let Self { half, width, stride, turn, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
-        let table: [[f64; N]; N] =
-            std::array::from_fn(|i| std::array::from_fn(|j| size * self.gauss.integrals[i][j]));
         let [before, pushes] = &mut self.pushes;
         // A much longer step is beyond what its polynomial knows.
         let growth = self.before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
@@ -167,32 +166,31 @@ impl Collocation {
             }
             factors
         });
-        let work = SWEEPS * N * TOGETHER * (self.by_place.len() + self.by_motion.len()) / (64 * N);
+        let step = Step::<N> {
+            size: [half, width],
+            integrals: std::array::from_fn(|i| std::array::from_fn(|j| size * self.gauss.integrals[i][j])),
+            weights: std::array::from_fn(|i| size * self.gauss.weights[i]),
+            by_place: &self.by_place,
+            by_motion: &self.by_motion,
+            stride,
+            forcing: &self.forcing,
+            turn,
+            attitudes: &self.attitudes,
+            ends: [&self.ends[0], &self.ends[1]],
+            euler: &self.euler,
+            inverse: &self.inverse,
+            inverse_rates: &self.inverse_rates,
+            columns,
+            before,
+            factors,
+        };
+        let work = SWEEPS * TOGETHER * (self.by_place.len() + self.by_motion.len()) / 64;
         for first in (0..width).step_by(TOGETHER) {
             patience.spend(work as u64, from)?;
-            let solved = dynamics.system().arch().dispatch(Sweeps::<N> {
-                size: [half, width],
-                range: first..width.min(first + TOGETHER),
-                integrals: table,
-                weights: std::array::from_fn(|i| size * self.gauss.weights[i]),
-                by_place: &self.by_place,
-                by_motion: &self.by_motion,
-                stride,
-                forcing: &self.forcing,
-                turn,
-                attitudes: &self.attitudes,
-                ends: [&self.ends[0], &self.ends[1]],
-                euler: &self.euler,
-                inverse: &self.inverse,
-                inverse_rates: &self.inverse_rates,
-                columns,
-                out: &mut self.reached,
-                before,
-                factors,
-                pushes,
-                work: &mut self.work,
-            });
-            if !solved {
+            let range = first..width.min(first + TOGETHER);
+            let arch = few(dynamics.system().arch(), range.len());
+            let (out, work) = (&mut self.reached, &mut self.work);
+            if !arch.dispatch(Sweeps { step: &step, range, out, pushes, work }) {
                 return Ok(false);
             }
         }

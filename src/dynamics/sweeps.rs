@@ -23,12 +23,10 @@ const ROUNDING: f64 = f64::EPSILON;
 /// What sweeps may be unable to remove, by rounding.
 const NOISE: f64 = 256.0 * f64::EPSILON;
 
-/// The step's equations at the nodes, one after the other, and its columns.
-pub(super) struct Sweeps<'a, const N: usize> {
+/// The equations of a step at its nodes, one after the other.
+pub(super) struct Step<'a, const N: usize> {
     /// Half the rows, and columns.
     pub size: [usize; 2],
-    /// The columns to be solved.
-    pub range: Range<usize>,
     /// Coefficients and weights of the collocation method, times the size of the step.
     pub integrals: [[f64; N]; N],
     pub weights: [f64; N],
@@ -45,15 +43,23 @@ pub(super) struct Sweeps<'a, const N: usize> {
     pub ends: [&'a [Mat3]; 2],
     /// The factors of the two spins in every number of Euler's equations.
     pub euler: &'a [[f64; 2]],
-    /// One over the natural size of every row; of the second half it is times the step's.
+    /// One over the natural size of every row, and of the rates of p times that of the step.
     pub inverse: &'a [f64],
     pub inverse_rates: &'a [f64],
-    /// The columns at the start and the end.
+    /// The columns at the start.
     pub columns: &'a [f64],
-    pub out: &'a mut [f64],
     /// The rates of p at the nodes of the step before, and the factors that carry them on.
     pub before: &'a [f64],
     pub factors: Option<[[f64; N]; N]>,
+}
+
+/// Its solution, of some columns.
+pub(super) struct Sweeps<'a, const N: usize> {
+    pub step: &'a Step<'a, N>,
+    pub range: Range<usize>,
+    /// The columns at the end.
+    pub out: &'a mut [f64],
+    /// The rates of p at the nodes.
     pub pushes: &'a mut [f64],
     pub work: &'a mut [f64],
 }
@@ -64,7 +70,227 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if self.size[1] < S::F64_LANES { self.by(Scalar) } else { self.by(simd) }
+        if self.step.size[1] < S::F64_LANES { self.by(Scalar) } else { self.by(simd) }
+    }
+}
+
+impl<const N: usize> Sweeps<'_, N> {
+    #[inline(always)]
+    fn by<S: Simd>(mut self, simd: S) -> bool {
+        for first in self.range.clone().step_by(S::F64_LANES) {
+            if !self.solve(simd, first) {
+                return false;
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn solve<S: Simd>(&mut self, simd: S, first: usize) -> bool {
+        let step = self.step;
+        let ([half, width], lanes) = (step.size, S::F64_LANES);
+        let length = half * N * lanes;
+        // The last lanes overlap those before.
+        let at = first.min(width - lanes);
+        let place = first * half * N;
+        let pushes = nodes::<S, N>(&mut self.pushes[place..place + length]);
+        let (q, rest) = self.work.split_at_mut(length);
+        let (p, rest) = rest.split_at_mut(length);
+        let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
+        let (start, last) = S::as_mut_simd_f64s(&mut rest[..3 * half * lanes]).0.split_at_mut(2 * half);
+
+        let scale = step.begin(simd, at, start);
+        match &step.factors {
+            Some(factors) => {
+                let before = S::as_simd_f64s(&step.before[place..place + length]).0.as_chunks::<N>().0;
+                for row in 0..half {
+                    pushes[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
+                }
+            }
+            None => pushes.fill([simd.splat_f64s(0.0); N]),
+        }
+        step.motions(simd, start, pushes, p);
+        let mut share_before = f64::NAN;
+        for sweep in 1.. {
+            step.places(simd, start, p, q);
+            for row in 0..half {
+                last[row] = pushes[row][N - 1];
+            }
+            for i in 0..N {
+                step.rates(simd, (i, at), q, p, pushes);
+            }
+            step.motions(simd, start, pushes, p);
+            let share = step.change(simd, scale, pushes, last);
+            // Of the first sweep it is not a number.
+            let ratio = share / share_before;
+            // What further sweeps would change, if each changes as much less as this one.
+            if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
+                break;
+            }
+            if sweep >= FIRST && (ratio >= 0.5 || ratio.is_nan()) {
+                if share <= NOISE {
+                    break;
+                }
+                return false;
+            }
+            if sweep == MOST {
+                return false;
+            }
+            share_before = share;
+        }
+        step.end(simd, at, start, [p, pushes], self.out);
+        true
+    }
+}
+
+impl<const N: usize> Step<'_, N> {
+    fn bodies(&self) -> usize {
+        self.ends[0].len()
+    }
+
+    /// The columns at the start, with the rotations in inertial axes, and their sizes.
+    #[inline(always)]
+    fn begin<S: Simd>(&self, simd: S, at: usize, start: &mut [S::f64s]) -> S::f64s {
+        let mut scale = simd.splat_f64s(f64::MIN_POSITIVE);
+        for row in 0..start.len() {
+            start[row] = load::<S>(self.columns, row * self.size[1] + at);
+            scale = simd.mul_add_e_f64s(size(simd, start[row]), simd.splat_f64s(self.inverse[row]), scale);
+        }
+        for body in 0..self.bodies() {
+            let row = self.turn + 3 * body;
+            let theta = turned(simd, &self.ends[0][body], [start[row], start[row + 1], start[row + 2]]);
+            start[row..row + 3].copy_from_slice(&theta);
+        }
+        scale
+    }
+
+    /// p at the nodes.
+    #[inline(always)]
+    fn motions<S: Simd>(&self, simd: S, start: &[S::f64s], pushes: &[[S::f64s; N]], p: &mut [[S::f64s; N]]) {
+        let half = self.size[0];
+        for row in 0..half {
+            p[row] = along(simd, start[half + row], &pushes[row], &self.integrals);
+        }
+    }
+
+    /// q at the nodes.
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, start: &[S::f64s], p: &[[S::f64s; N]], q: &mut [[S::f64s; N]]) {
+        let spinning = self.turn..self.turn + 3 * self.bodies();
+        for row in 0..self.size[0] {
+            if !spinning.contains(&row) {
+                q[row] = along(simd, start[row], &p[row], &self.integrals);
+            }
+        }
+        for body in 0..self.bodies() {
+            let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));
+            for c in 0..3 {
+                q[row + c] = along(simd, start[row + c], &rates[c], &self.integrals);
+            }
+        }
+    }
+
+    /// The rates of p at a node.
+    #[inline(always)]
+    fn rates<S: Simd>(
+        &self,
+        simd: S,
+        (i, at): (usize, usize),
+        q: &[[S::f64s; N]],
+        p: &[[S::f64s; N]],
+        pushes: &mut [[S::f64s; N]],
+    ) {
+        let [half, width] = self.size;
+        for row in 0..half {
+            pushes[row][i] = if self.forcing.is_empty() {
+                simd.splat_f64s(0.0)
+            } else {
+                load::<S>(self.forcing, (i * half + row) * width + at)
+            };
+        }
+        for (matrix, from) in [(self.by_place, q), (self.by_motion, p)] {
+            if matrix.is_empty() {
+                continue;
+            }
+            let blocks = self.stride / DEPTH;
+            let matrix = &matrix.as_chunks::<DEPTH>().0[i * half * blocks..][..half * blocks];
+            for block in 0..blocks {
+                let mut rows = [simd.splat_f64s(0.0); DEPTH];
+                for k in 0..DEPTH.min(half - DEPTH * block) {
+                    rows[k] = from[DEPTH * block + k][i];
+                }
+                for row in 0..half {
+                    pushes[row][i] = product(simd, &matrix[row * blocks + block], &rows, pushes[row][i]);
+                }
+            }
+        }
+        for body in 0..self.bodies() {
+            let row = self.turn + 3 * body;
+            for c in 0..3 {
+                let [a, b] = self.euler[3 * (i * self.bodies() + body) + c];
+                let (j, k) = (row + (c + 1) % 3, row + (c + 2) % 3);
+                let sum = simd.mul_add_e_f64s(simd.splat_f64s(a), p[j][i], pushes[row + c][i]);
+                pushes[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(b), p[k][i], sum);
+            }
+        }
+    }
+
+    /// How much a sweep has changed, as a share of the columns' sizes: at the last node, since it grows with the time within the step.
+    #[inline(always)]
+    fn change<S: Simd>(&self, simd: S, mut scale: S::f64s, pushes: &[[S::f64s; N]], last: &[S::f64s]) -> f64 {
+        let mut change = simd.splat_f64s(0.0);
+        for row in 0..last.len() {
+            let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), pushes[row][N - 1]);
+            let by = size(simd, simd.sub_f64s(now, last[row]));
+            change = simd.mul_add_e_f64s(by, inverse, change);
+            scale = simd.mul_add_e_f64s(size(simd, now), inverse, scale);
+        }
+        largest::<S>(simd.div_f64s(change, scale))
+    }
+
+    /// The columns at the end.
+    #[inline(always)]
+    fn end<S: Simd>(
+        &self,
+        simd: S,
+        at: usize,
+        start: &[S::f64s],
+        [p, pushes]: [&[[S::f64s; N]]; 2],
+        out: &mut [f64],
+    ) {
+        let ([half, width], weights) = (self.size, &self.weights);
+        let spinning = self.turn..self.turn + 3 * self.bodies();
+        for row in 0..half {
+            if !spinning.contains(&row) {
+                store::<S>(out, row * width + at, plus(simd, start[row], &p[row], weights));
+            }
+            store::<S>(out, (half + row) * width + at, plus(simd, start[half + row], &pushes[row], weights));
+        }
+        for body in 0..self.bodies() {
+            let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));
+            let mut theta = [start[row]; 3];
+            for c in 0..3 {
+                theta[c] = plus(simd, start[row + c], &rates[c], weights);
+            }
+            let theta = turned(simd, &self.ends[1][body].transpose(), theta);
+            for c in 0..3 {
+                store::<S>(out, (row + c) * width + at, theta[c]);
+            }
+        }
+    }
+
+    /// The rates of a body's rotation vector in inertial axes, at the nodes: the spin's departure there.
+    #[inline(always)]
+    fn turning<S: Simd>(&self, simd: S, body: usize, p: &[[S::f64s; N]]) -> [[S::f64s; N]; 3] {
+        let (row, attitudes) = (self.turn + 3 * body, &self.attitudes[N * body..][..N]);
+        let mut rates = [[simd.splat_f64s(0.0); N]; 3];
+        for i in 0..N {
+            let turned = turned(simd, &attitudes[i], [p[row][i], p[row + 1][i], p[row + 2][i]]);
+            for c in 0..3 {
+                rates[c][i] = turned[c];
+            }
+        }
+        rates
     }
 }
 
@@ -87,7 +313,7 @@ fn along<S: Simd, const N: usize>(
 
 /// A start plus the weighted sum of rates at the nodes.
 #[inline(always)]
-fn step<S: Simd, const N: usize>(
+fn plus<S: Simd, const N: usize>(
     simd: S,
     start: S::f64s,
     rates: &[S::f64s; N],
@@ -143,180 +369,4 @@ fn turned<S: Simd>(simd: S, m: &Mat3, v: [S::f64s; 3]) -> [S::f64s; 3] {
         }
     }
     out
-}
-
-impl<const N: usize> Sweeps<'_, N> {
-    #[inline(always)]
-    fn by<S: Simd>(mut self, simd: S) -> bool {
-        for first in self.range.clone().step_by(S::F64_LANES) {
-            if !self.solve(simd, first) {
-                return false;
-            }
-        }
-        true
-    }
-
-    #[inline(always)]
-    fn solve<S: Simd>(&mut self, simd: S, first: usize) -> bool {
-        let Self { size: [half, width], integrals, weights, turn, .. } = *self;
-        let (lanes, length) = (S::F64_LANES, half * N * S::F64_LANES);
-        // The last lanes overlap those before.
-        let at = first.min(width - lanes);
-        let place = first * half * N;
-        let pushes = nodes::<S, N>(&mut self.pushes[place..place + length]);
-        let (q, rest) = self.work.split_at_mut(length);
-        let (p, rest) = rest.split_at_mut(length);
-        let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
-        let (start, last) = S::as_mut_simd_f64s(&mut rest[..3 * half * lanes]).0.split_at_mut(2 * half);
-        let bodies = self.ends[0].len();
-        let spinning = turn..turn + 3 * bodies;
-
-        // The start, with the rotations in inertial axes.
-        for row in 0..2 * half {
-            start[row] = load::<S>(self.columns, row * width + at);
-        }
-        for body in 0..bodies {
-            let row = turn + 3 * body;
-            let theta = turned(simd, &self.ends[0][body], [start[row], start[row + 1], start[row + 2]]);
-            start[row..row + 3].copy_from_slice(&theta);
-        }
-        let mut scale = simd.splat_f64s(f64::MIN_POSITIVE);
-        for row in 0..2 * half {
-            scale = simd.mul_add_e_f64s(size(simd, start[row]), simd.splat_f64s(self.inverse[row]), scale);
-        }
-        match &self.factors {
-            Some(factors) => {
-                let before = S::as_simd_f64s(&self.before[place..place + length]).0.as_chunks::<N>().0;
-                for row in 0..half {
-                    pushes[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
-                }
-            }
-            None => pushes.fill([simd.splat_f64s(0.0); N]),
-        }
-        for row in 0..half {
-            p[row] = along(simd, start[half + row], &pushes[row], &integrals);
-        }
-
-        let mut share_before = f64::NAN;
-        for sweep in 1.. {
-            for row in 0..half {
-                if !spinning.contains(&row) {
-                    q[row] = along(simd, start[row], &p[row], &integrals);
-                }
-            }
-            for body in 0..bodies {
-                let row = turn + 3 * body;
-                let rates = turning(simd, &self.attitudes[N * body..][..N], row, p);
-                for c in 0..3 {
-                    q[row + c] = along(simd, start[row + c], &rates[c], &integrals);
-                }
-            }
-            for row in 0..half {
-                last[row] = pushes[row][N - 1];
-            }
-            for i in 0..N {
-                for row in 0..half {
-                    pushes[row][i] = if self.forcing.is_empty() {
-                        simd.splat_f64s(0.0)
-                    } else {
-                        load::<S>(self.forcing, (i * half + row) * width + at)
-                    };
-                }
-                for (matrix, from) in [(self.by_place, &*q), (self.by_motion, &*p)] {
-                    if matrix.is_empty() {
-                        continue;
-                    }
-                    let blocks = self.stride / DEPTH;
-                    let matrix = &matrix.as_chunks::<DEPTH>().0[i * half * blocks..][..half * blocks];
-                    for block in 0..blocks {
-                        let mut rows = [simd.splat_f64s(0.0); DEPTH];
-                        for k in 0..DEPTH.min(half - DEPTH * block) {
-                            rows[k] = from[DEPTH * block + k][i];
-                        }
-                        for row in 0..half {
-                            let weights = &matrix[row * blocks + block];
-                            pushes[row][i] = product(simd, weights, &rows, pushes[row][i]);
-                        }
-                    }
-                }
-                for body in 0..bodies {
-                    let row = turn + 3 * body;
-                    for c in 0..3 {
-                        let [a, b] = self.euler[3 * (i * bodies + body) + c];
-                        let (j, k) = (row + (c + 1) % 3, row + (c + 2) % 3);
-                        let sum = simd.mul_add_e_f64s(simd.splat_f64s(a), p[j][i], pushes[row + c][i]);
-                        pushes[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(b), p[k][i], sum);
-                    }
-                }
-            }
-            for row in 0..half {
-                p[row] = along(simd, start[half + row], &pushes[row], &integrals);
-            }
-            // The change is measured at the last node, since it grows with the time within the step.
-            let mut change = simd.splat_f64s(0.0);
-            let mut scale = scale;
-            for row in 0..half {
-                let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), pushes[row][N - 1]);
-                let by = size(simd, simd.sub_f64s(now, last[row]));
-                change = simd.mul_add_e_f64s(by, inverse, change);
-                scale = simd.mul_add_e_f64s(size(simd, now), inverse, scale);
-            }
-            let share = largest::<S>(simd.div_f64s(change, scale));
-            // Of the first sweep it is not a number.
-            let ratio = share / share_before;
-            // What further sweeps would change, if each changes as much less as this one.
-            if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
-                break;
-            }
-            if sweep >= FIRST && (ratio >= 0.5 || ratio.is_nan()) {
-                if share <= NOISE {
-                    break;
-                }
-                return false;
-            }
-            if sweep == MOST {
-                return false;
-            }
-            share_before = share;
-        }
-
-        let out = &mut *self.out;
-        for row in 0..half {
-            if !spinning.contains(&row) {
-                store::<S>(out, row * width + at, step(simd, start[row], &p[row], &weights));
-            }
-            store::<S>(out, (half + row) * width + at, step(simd, start[half + row], &pushes[row], &weights));
-        }
-        for body in 0..bodies {
-            let row = turn + 3 * body;
-            let rates = turning(simd, &self.attitudes[N * body..][..N], row, p);
-            let mut theta = [start[row]; 3];
-            for c in 0..3 {
-                theta[c] = step(simd, start[row + c], &rates[c], &weights);
-            }
-            let theta = turned(simd, &self.ends[1][body].transpose(), theta);
-            for c in 0..3 {
-                store::<S>(out, (row + c) * width + at, theta[c]);
-            }
-        }
-        true
-    }
-}
-
-/// The rates of a body's rotation vector in inertial axes, at the nodes: the spin's departure there.
-#[inline(always)]
-fn turning<S: Simd, const N: usize>(
-    simd: S,
-    attitudes: &[Mat3],
-    row: usize,
-    p: &[[S::f64s; N]],
-) -> [[S::f64s; N]; 3] {
-    let mut rates = [[simd.splat_f64s(0.0); N]; 3];
-    for i in 0..N {
-        let turned = turned(simd, &attitudes[i], [p[row][i], p[row + 1][i], p[row + 2][i]]);
-        for c in 0..3 {
-            rates[c][i] = turned[c];
-        }
-    }
-    rates
 }
