@@ -117,10 +117,9 @@ impl Collocation {
     /// Takes the motion's vectors at the ends of a step.
     pub fn between(&mut self, dynamics: &Dynamics, variations: &Variations, ends: [&[f64]; 2]) {
         for (attitudes, y) in self.ends.iter_mut().zip(ends) {
-            attitudes
-                .iter_mut()
-                .enumerate()
-                .for_each(|(body, attitude)| *attitude = dynamics.attitude(y, body));
+            for (body, attitude) in attitudes.iter_mut().enumerate() {
+                *attitude = dynamics.attitude(y, body);
+            }
         }
         dynamics.scales(ends[0], &mut self.sizes);
         variations.inverse_sizes(&self.sizes, &mut self.inverse);
@@ -131,18 +130,21 @@ impl Collocation {
         self.before = None;
     }
 
-    /// Solves the equations of a step from a time on. Whether that was possible; then [`Self::reached`] has the columns at its end.
+    /// Solves the equations of a step from a time on, which may follow the one that was remembered last. Whether that was possible;
+    /// then [`Self::reached`] has the columns at its end.
     pub fn solve(
         &mut self,
         dynamics: &Dynamics,
-        [from, size]: [f64; 2],
+        step: [f64; 2],
         columns: &[f64],
+        follows: bool,
         patience: &mut Patience,
     ) -> Result<bool> {
+        let before = self.before.filter(|_| follows);
         match self.gauss.nodes.len() {
-            3 => self.solve_with::<3>(dynamics, [from, size], columns, patience),
-            4 => self.solve_with::<4>(dynamics, [from, size], columns, patience),
-            _ => self.solve_with::<5>(dynamics, [from, size], columns, patience),
+            3 => self.solve_with::<3>(dynamics, step, columns, before, patience),
+            4 => self.solve_with::<4>(dynamics, step, columns, before, patience),
+            _ => self.solve_with::<5>(dynamics, step, columns, before, patience),
         }
     }
 
@@ -151,6 +153,7 @@ impl Collocation {
         dynamics: &Dynamics,
         [from, size]: [f64; 2],
         columns: &[f64],
+        size_before: Option<f64>,
         patience: &mut Patience,
     ) -> Result<bool> {
         let Self { half, width, stride, turn, .. } = *self;
@@ -158,7 +161,7 @@ impl Collocation {
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
         let [before, pushes] = &mut self.pushes;
         // A much longer step is beyond what its polynomial knows.
-        let growth = self.before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
+        let growth = size_before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
         let factors = growth.map(|growth| {
             let mut factors = [[0.0; N]; N];
             for (row, node) in factors.iter_mut().zip(&self.gauss.nodes) {

@@ -53,7 +53,6 @@ impl Flows for Mapped<'_> {
         let pieces = (self.splitting.farthest(self.equations, high, size) / ANGLE).ceil().max(1.0);
         let mut ahead = self.splitting.clone();
         let (mut y, mut tail, mut end) = (high.to_vec(), low.to_vec(), high.to_vec());
-        self.collocation.forget();
         for piece in 0..pieces as u64 {
             let Self { equations, variations, collocation, columns, time, .. } = self;
             let mut at = |equations: &mut Dynamics, fraction: f64, y: &mut [f64], patience: &mut Patience| {
@@ -71,7 +70,7 @@ impl Flows for Mapped<'_> {
             at(equations, 1.0, &mut end, patience)?;
             collocation.between(equations, variations, [&y, &end]);
             let size = size / pieces;
-            if !collocation.solve(equations, [*time, size], columns, patience)? {
+            if !collocation.solve(equations, [*time, size], columns, piece > 0, patience)? {
                 return Err(self.failed());
             }
             columns.copy_from_slice(collocation.reached());

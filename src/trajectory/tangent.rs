@@ -209,7 +209,7 @@ impl Tangent {
         let Self { variations, parting, collocation, start, y: [y, end], .. } = self;
         y.resize(equations.layout().dimension(), 0.0);
         end.resize(equations.layout().dimension(), 0.0);
-        let (mut from, mut length) = (from, to - from);
+        let (first, mut from, mut length) = (from, from, to - from);
         while from < to {
             let next = if from + 1.5 * length < to { from + length } else { to };
             let (time, size) = (piece.time_at(from), (next - from) * piece.size());
@@ -223,7 +223,8 @@ impl Tangent {
             piece.at(from, y);
             piece.at(next, end);
             collocation.between(equations, variations, [y, end]);
-            if !collocation.solve(equations, [time, size], &departed.columns, patience)? {
+            let follows = keep || from == first;
+            if !collocation.solve(equations, [time, size], &departed.columns, follows, patience)? {
                 if departed.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
                     departed.columns.fill(f64::NAN);
                     return Ok(());
@@ -238,7 +239,6 @@ impl Tangent {
                         ),
                     });
                 }
-                collocation.forget();
                 continue;
             }
             if let Some(parting) = parting {

@@ -151,7 +151,7 @@ fn departures_allocate_nothing_within_a_step() {
             collocation.take(node, &dynamics, &variations, &y);
         }
         collocation.between(&dynamics, &variations, [&y, &y]);
-        let solved = collocation.solve(&dynamics, [0.0, 0.1], &columns, endless).unwrap();
+        let solved = collocation.solve(&dynamics, [0.0, 0.1], &columns, false, endless).unwrap();
         assert_eq!(allocations() - before, 0, "{gravity}");
         assert!(solved && collocation.reached().iter().all(|number| number.is_finite()));
     }
