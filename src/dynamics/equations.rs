@@ -5,7 +5,7 @@ use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, i
 use crate::environment::{BOOK, Environment, Switch};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
-use crate::math::{Vec3, rotation};
+use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
 use std::ops::Range;
@@ -418,11 +418,17 @@ impl Dynamics {
 
     pub(super) fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
-            let a = self.layout.attitude(body);
-            self.outside.scene.bodies[body].rotation = match self.layout.chart {
-                AttitudeChart::Quaternion => rotation::matrix([y[a], y[a + 1], y[a + 2], y[a + 3]]),
-                AttitudeChart::TaitBryan => rotation::tait_bryan_matrix([y[a], y[a + 1], y[a + 2]]),
-            };
+            self.outside.scene.bodies[body].rotation = self.attitude(y, body);
+        }
+    }
+
+    /// The rotation matrix of a body.
+    #[inline(always)]
+    pub(super) fn attitude(&self, y: &[f64], body: usize) -> Mat3 {
+        let a = self.layout.attitude(body);
+        match self.layout.chart {
+            AttitudeChart::Quaternion => rotation::matrix([y[a], y[a + 1], y[a + 2], y[a + 3]]),
+            AttitudeChart::TaitBryan => rotation::tait_bryan_matrix([y[a], y[a + 1], y[a + 2]]),
         }
     }
 

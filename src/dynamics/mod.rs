@@ -4,6 +4,7 @@
 //! paper's: Newton's for the centres, Euler's (`eq:DiffEq_phidott` to `eq:DiffEq_psidott`) in the body frames, and either
 //! quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to `eq:DiffEq_psi`) for the attitudes.
 
+mod collocation;
 mod departure;
 mod equations;
 mod invariants;
@@ -11,17 +12,19 @@ mod jacobi;
 mod jacobian;
 mod layout;
 mod parameter;
+mod products;
 mod quadrature;
-mod rates;
 mod rejected;
 mod rotor;
 mod split_variations;
 mod splitting;
 mod state;
+mod sweeps;
 mod system;
 mod variations;
 mod vector;
 
+pub use collocation::Collocation;
 pub use departure::DEPARTURE;
 pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};

@@ -5,6 +5,7 @@
 //! derivative is in closed form.
 
 use super::layout::vector;
+use super::products::Kick;
 use super::rotor::RotationSlopes;
 use super::{Dynamics, Layout, Parameter, Variations};
 use crate::error::Result;
@@ -123,10 +124,11 @@ impl Variations {
     }
 
     /// Adds a kick where [`Self::look_at_kick`] was last.
-    pub fn kick(&self, arch: pulp::Arch, size: f64, columns: &mut [f64], scratch: &mut [f64]) {
-        self.rates(arch, columns, scratch);
-        let first = self.half() * self.width();
-        columns[first..].iter_mut().zip(&scratch[first..]).for_each(|(p, rate)| *p += size * rate);
+    pub fn kick(&self, arch: pulp::Arch, size: f64, columns: &mut [f64]) {
+        let shape @ [half, width] = [self.half(), self.width()];
+        let (matrix, stride) = (&self.by_place, self.stride);
+        arch.dispatch(Kick { matrix, stride, size, shape, columns });
+        self.force(|row, column, value| columns[(half + row) * width + column] += size * value);
     }
 
     /// Forgets what was seen last; notes the spins of a vector where they count.

@@ -10,14 +10,13 @@
 //! A and B from the derivatives of the loads, B also from Euler's equations. Many departures are one matrix, a column each; behind the
 //! columns of the initial state there is one for every parameter, with the derivative of the rates by the parameter as a further term.
 
-use super::rates::{DEPTH, Rates};
+use super::products::DEPTH;
 use super::{Dynamics, Parameter};
 use crate::environment::{Environment, LoadSlopes};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::patience::Patience;
-use pulp::Arch;
 
 /// A matrix of departures of more bodies takes longer than a caller is to wait for an answer.
 const MOST_BODIES: usize = 64;
@@ -112,9 +111,9 @@ impl Variations {
         columns
     }
 
-    /// One over the natural size of every number of a departure, from those of each body's position, velocity and spin.
-    pub fn inverse_sizes(&self, sizes: &[[f64; 3]]) -> Vec<f64> {
-        let mut inverse = vec![1.0; 2 * self.half()];
+    /// One over the natural size of every number of a departure, from those of each body's position, velocity and spin. Rotations have
+    /// one, and are left out.
+    pub fn inverse_sizes(&self, sizes: &[[f64; 3]], inverse: &mut [f64]) {
         let mut put = |row: usize, size: f64| inverse[row..row + 3].fill(1.0 / size);
         for (body, [length, speed, spin]) in sizes.iter().enumerate() {
             let rows = [self.place(body), self.barycentre().filter(|_| body == 0)];
@@ -124,7 +123,6 @@ impl Variations {
             }
             put(self.half() + self.turn(body), *spin);
         }
-        inverse
     }
 
     /// Row of the first number of a body's place in d, which the first body does not have.
@@ -142,10 +140,9 @@ impl Variations {
         self.free.then(|| 6 * self.bodies - 3)
     }
 
-    /// Units of work of [`Self::look`] and [`Self::rates`].
+    /// Units of work of [`Self::look`].
     pub fn work(&self, dynamics: &Dynamics) -> u64 {
-        let products = (self.by_place.len() + self.by_motion.len()) * self.width() / 64;
-        GRADIENT * dynamics.work() * dynamics.parts() as u64 + products as u64
+        GRADIENT * dynamics.work() * dynamics.parts() as u64 + (self.by_place.len() / 64) as u64
     }
 
     /// Takes A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
@@ -285,23 +282,21 @@ impl Variations {
         }
     }
 
-    /// The rates of change of a matrix of departures where [`Self::look`] was last. Allocates nothing.
-    pub fn rates(&self, arch: Arch, columns: &[f64], rates: &mut [f64]) {
-        let (half, width) = (self.half(), self.width());
-        arch.dispatch(Rates {
-            size: [half, width],
-            parts: [(&self.by_place, 0), (&self.by_motion, half)],
-            stride: self.stride,
-            turn: self.turn(0),
-            spin: &self.spin,
-            inertia: &self.inertia,
-            columns,
-            rates,
-        });
+    /// The factors of dspin_j and dspin_k in the rate of dspin_i, (i, j, k) in turn: -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
+    pub(super) fn euler(&self, body: usize) -> [[f64; 2]; 3] {
+        let (spin, inertia) = (&self.spin[body], &self.inertia[body]);
+        [0, 1, 2].map(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let ratio = if inertia[i] > 0.0 { (inertia[k] - inertia[j]) / inertia[i] } else { 0.0 };
+            [-ratio * spin[k], -ratio * spin[j]]
+        })
+    }
+
+    /// What the parameters add to the rates of p: by row, column and value.
+    pub(super) fn force(&self, mut add: impl FnMut(usize, usize, f64)) {
         for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
-            let column = self.initial + k;
             let mut push = |row: usize, value: &Vec3, factor: f64| {
-                (0..3).for_each(|c| rates[(half + row + c) * width + column] += factor * value[c]);
+                (0..3).for_each(|c| add(row + c, self.initial + k, factor * value[c]));
             };
             for (body, [acceleration, turning]) in forcing.iter().enumerate() {
                 match self.place(body) {

@@ -5,7 +5,7 @@ use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Refusal, Result};
 use crate::math::compensated::{Compensated, two_sum};
-use crate::math::rows::{Advance, Increments, LargestChanges, Term, WeightedRows, stride};
+use crate::math::rows::{Advance, Increments, LargestChanges, Sums, Term, WeightedRows, stride};
 use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
@@ -91,16 +91,6 @@ impl Step<'_> {
     /// The tableau that it was made by.
     pub fn tableau(&self) -> &'static Tableau {
         self.tableau
-    }
-
-    /// The vector of one of the pair's stages, without what rounding drops.
-    pub fn stage(&self, stage: usize, out: &mut [f64]) {
-        out.copy_from_slice(self.start);
-        for (weight, rates) in self.tableau.a[stage].iter().zip(self.rates.chunks_exact(self.stride())) {
-            if *weight != 0.0 {
-                out.iter_mut().zip(rates).for_each(|(y, k)| *y += self.size * weight * k);
-            }
-        }
     }
 
     /// By how much the rates of change of a range of numbers differ from the first ones at most, at the pair's own stages. `out` has
@@ -359,15 +349,13 @@ impl Stepper {
         if !self.formed {
             self.complete_stages(equations, patience)?;
             let dimension = self.high.len();
-            self.last.coefficients.fill(0.0);
-            for (stage, weights) in self.tableau.interpolant.weights.iter().enumerate() {
-                let rates = &self.stages[stage * stride(dimension)..][..dimension];
-                for (&weight, row) in weights.iter().zip(self.last.coefficients.chunks_exact_mut(dimension)) {
-                    if weight != 0.0 {
-                        row.iter_mut().zip(rates).for_each(|(c, k)| *c += weight * k);
-                    }
-                }
-            }
+            equations.arch().dispatch(Sums {
+                weights: self.tableau.interpolant.weights,
+                rows: &self.stages,
+                stride: stride(dimension),
+                out: &mut self.last.coefficients,
+                length: dimension,
+            });
             self.formed = true;
         }
         Ok(&self.last)

@@ -67,6 +67,15 @@ impl VectorPath {
     }
 }
 
+/// The instructions for a few doubles that are alone in a register: narrower ones, where these fill half of it at most.
+pub fn few(arch: Arch, count: usize) -> Arch {
+    match (arch, count) {
+        #[cfg(target_arch = "x86_64")]
+        (Arch::V4(_), ..=4) => VectorPath::Avx2.arch().unwrap_or(arch),
+        (arch, _) => arch,
+    }
+}
+
 /// Registers that are worked on side by side unless more are named, so that the latency of one hides behind the other's work.
 pub const INTERLEAVED: usize = 2;
 

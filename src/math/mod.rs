@@ -5,6 +5,7 @@
 pub mod carlson;
 pub mod compensated;
 pub mod dual;
+pub mod gauss;
 pub mod harmonics;
 pub mod lanes;
 pub mod logarithm;

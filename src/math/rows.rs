@@ -133,36 +133,39 @@ impl WithSimd for Advance<'_> {
     }
 }
 
-/// A weighted sum of rows of the length of `out`, times a size, added to a start.
-pub struct Combination<'a> {
-    /// The terms of the sum; low parts are left out.
-    pub terms: &'a [Term],
+/// Weighted sums of rows of any length, one after the other, without fused operations: the same bits on every path.
+pub struct Sums<'a> {
+    /// Of every row the weights in all sums; behind those given there are zeros.
+    pub weights: &'a [&'a [f64]],
     /// Rows, one after the other.
     pub rows: &'a [f64],
-    /// The factor of the sum.
-    pub size: f64,
-    /// What it is added to.
-    pub start: &'a [f64],
-    /// The result; a [`stride`] is its length.
+    /// From one row to the next.
+    pub stride: usize,
+    /// The sums, one after the other.
     pub out: &'a mut [f64],
+    /// How many numbers of a row count.
+    pub length: usize,
 }
 
-impl WithSimd for Combination<'_> {
+impl WithSimd for Sums<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let start = S::as_simd_f64s(self.start).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let width = out.len();
-        for (column, (out, start)) in out.iter_mut().zip(start).enumerate() {
-            *out = *start;
-            for term in self.terms {
-                let weight = simd.splat_f64s(self.size * term.weight);
-                let values = &rows[term.row * width + column];
-                for k in 0..COLUMNS {
-                    out[k] = simd.mul_add_e_f64s(weight, values[k], out[k]);
+        for (index, out) in self.out.chunks_exact_mut(self.length).enumerate() {
+            out.fill(0.0);
+            let (out, out_rest) = S::as_mut_simd_f64s(out);
+            for (row, weights) in self.weights.iter().enumerate() {
+                let weight = weights.get(index).copied().unwrap_or(0.0);
+                if weight == 0.0 {
+                    continue;
+                }
+                let (values, rest) = S::as_simd_f64s(&self.rows[row * self.stride..][..self.length]);
+                for k in 0..out.len() {
+                    out[k] = simd.add_f64s(out[k], simd.mul_f64s(simd.splat_f64s(weight), values[k]));
+                }
+                for k in 0..out_rest.len() {
+                    out_rest[k] += weight * rest[k];
                 }
             }
         }

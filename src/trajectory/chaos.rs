@@ -12,11 +12,12 @@
 
 use super::motion::Motion;
 use crate::dynamics::Variations;
+use crate::math::gauss::Gauss;
 
 /// Numbers recorded of a sample: the mean of MEGNO, the exponent, the indicator.
 pub const INDICATORS: usize = 3;
 
-/// The integrals z and that of Y, behind the departure.
+/// The integrals z and that of Y.
 pub(super) const INTEGRALS: usize = 2;
 
 /// Length at which a departure is brought back.
@@ -36,62 +37,84 @@ pub(super) struct Parting {
 impl Parting {
     /// With the sizes at the start of a run.
     pub fn new(motion: &Motion, variations: &Variations) -> Self {
-        Self { inverse: variations.inverse_sizes(&motion.initial), shortened: 0.0, largest: 0.0 }
+        let mut inverse = vec![1.0; 2 * variations.half()];
+        variations.inverse_sizes(&motion.initial, &mut inverse);
+        Self { inverse, shortened: 0.0, largest: 0.0 }
     }
 
-    /// A departure of length one in all directions at once, by no random numbers, and zero integrals.
+    /// A departure of length one in all directions at once, by no random numbers.
     pub fn start(&self) -> Vec<f64> {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let share = |k: usize| (GOLDEN * (k + 1) as f64).fract() - 0.5;
         let count = self.inverse.len();
         let length = (0..count).map(|k| share(k) * share(k)).sum::<f64>().sqrt();
-        let numbers = (0..count).map(|k| share(k) / length / self.inverse[k]);
-        numbers.chain([0.0; INTEGRALS]).collect()
+        (0..count).map(|k| share(k) / length / self.inverse[k]).collect()
     }
 
-    /// L of a vector.
-    fn growth(&self, vector: &[f64]) -> f64 {
-        let squares = vector.iter().zip(&self.inverse).map(|(x, inverse)| (x * inverse).powi(2));
+    /// L of a departure.
+    pub fn growth<'a>(&self, departure: impl IntoIterator<Item = &'a f64>) -> f64 {
+        let squares = departure.into_iter().zip(&self.inverse).map(|(x, inverse)| (x * inverse).powi(2));
         0.5 * squares.sum::<f64>().ln() + self.shortened
     }
 
-    /// Rates of the integrals at a vector, a time after the start.
-    pub fn integrals(&self, elapsed: f64, vector: &[f64], rates: &mut [f64]) {
-        let count = self.inverse.len();
-        let growth = self.growth(vector);
-        rates[count] = growth;
-        rates[count + 1] = if elapsed == 0.0 { 0.0 } else { 2.0 * (growth - vector[count] / elapsed) };
+    /// The integrals over a step from a time after the start on, with L at its nodes.
+    pub fn integrate(
+        &self,
+        gauss: &Gauss,
+        [from, size]: [f64; 2],
+        growth: impl Fn(usize) -> f64,
+        [first, second]: &mut [f64; INTEGRALS],
+    ) {
+        let growths: Vec<f64> = (0..gauss.nodes.len()).map(growth).collect();
+        let sum = |factors: &[f64]| factors.iter().zip(&growths).map(|(b, l)| b * l).sum::<f64>();
+        for (i, growth) in growths.iter().enumerate() {
+            let inner = *first + size * sum(&gauss.integrals[i]);
+            let rate = 2.0 * (growth - inner / (from + size * gauss.nodes[i]));
+            *second += size * gauss.weights[i] * rate;
+        }
+        *first += size * sum(&gauss.weights);
     }
 
     /// The integrals over a step of fixed size, between whose ends nothing is known: by the trapezoidal rule.
-    pub fn integrate(&self, [from, to]: [f64; 2], before: &[f64], after: &mut [f64]) {
-        let (count, half) = (self.inverse.len(), 0.5 * (to - from));
-        for k in 0..INTEGRALS {
-            // The second takes the first at the end.
-            let (mut first, mut last) = (vec![0.0; before.len()], vec![0.0; before.len()]);
-            self.integrals(from, before, &mut first);
-            self.integrals(to, after, &mut last);
-            after[count + k] = before[count + k] + half * (first[count + k] + last[count + k]);
-        }
+    pub fn integrate_between(
+        &self,
+        [from, to]: [f64; 2],
+        [before, after]: [f64; 2],
+        [first, second]: &mut [f64; INTEGRALS],
+    ) {
+        let half = 0.5 * (to - from);
+        let rate = |time: f64, growth: f64, inner: f64| {
+            if time == 0.0 { 0.0 } else { 2.0 * (growth - inner / time) }
+        };
+        let start = rate(from, before, *first);
+        *first += half * (before + after);
+        *second += half * (start + rate(to, after, *first));
     }
 
-    /// Notes a vector at the end of a step, and brings a long one back.
-    pub fn settle(&mut self, vector: &mut [f64]) {
-        let growth = self.growth(vector);
+    /// Notes a departure at the end of a step, and brings a long one back; whether it was long.
+    pub fn settle(&mut self, departure: &mut [f64]) -> bool {
+        let growth = self.growth(&*departure);
         self.largest = self.largest.max(growth);
-        if growth - self.shortened > LONG.ln() {
+        let long = growth - self.shortened > LONG.ln();
+        if long {
             let factor = (self.shortened - growth).exp();
-            vector[..self.inverse.len()].iter_mut().for_each(|x| *x *= factor);
+            departure.iter_mut().for_each(|x| *x *= factor);
             self.shortened = growth;
         }
+        long
     }
 
-    /// The indicators of a vector, a time after the start.
-    pub fn indicators(&self, elapsed: f64, vector: &[f64]) -> [f64; INDICATORS] {
+    /// The indicators of a departure, a time after the start.
+    pub fn indicators(
+        &self,
+        elapsed: f64,
+        departure: &[f64],
+        [_, second]: [f64; INTEGRALS],
+    ) -> [f64; INDICATORS] {
         if elapsed == 0.0 {
             return [0.0; INDICATORS];
         }
-        let growth = self.growth(vector);
-        [vector[self.inverse.len() + 1] / elapsed, growth / elapsed.abs(), self.largest.max(growth)]
+        let growth = self.growth(departure);
+        [second / elapsed, growth / elapsed.abs(), self.largest.max(growth)]
     }
 }

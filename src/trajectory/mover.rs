@@ -161,6 +161,14 @@ impl Mover {
         }
     }
 
+    /// Makes the polynomials of the last step, of a Runge-Kutta pair. Those of a fixed step are made by [`Self::contact`] alone.
+    pub fn form(&mut self, motion: &mut Motion, patience: &mut Patience) -> Result<()> {
+        match self {
+            Self::Adaptive(stepper) => stepper.segment(motion, patience).map(drop),
+            Self::Fixed(_) => Ok(()),
+        }
+    }
+
     /// The last step as polynomials, one after the other, up to the one in which bodies meet; of a step that was looked into.
     pub fn pieces(&self) -> &[Segment] {
         match self {

@@ -150,7 +150,7 @@ impl Simulation {
         if reach == time && end != time {
             self.motion.equations.check_outside(time, end, self.mover.vector().0)?;
         }
-        match self.advance(reach, |_| false, patience)? {
+        match self.advance(reach, false, |_| false, patience)? {
             None => Ok(()),
             Some(contact) => {
                 self.mover.retreat();
@@ -160,17 +160,22 @@ impl Simulation {
     }
 
     /// One step, and the first contact in it. `looked` tells of a step's end whether the step is to be
-    /// looked into for other reasons as well.
+    /// looked into for other reasons as well, and `followed` whether something follows the motion.
     fn advance(
         &mut self,
         end: f64,
+        followed: bool,
         looked: impl Fn(f64) -> bool,
         patience: &mut Patience,
     ) -> Result<Option<Contact>> {
         loop {
             self.mover.step(&mut self.motion, end, patience)?;
             let looked = looked(self.time());
-            match self.mover.contact(&mut self.motion, looked, patience) {
+            let mut contact = self.mover.contact(&mut self.motion, looked, patience);
+            if followed && contact.is_ok() {
+                contact = self.mover.form(&mut self.motion, patience).and(contact);
+            }
+            match contact {
                 Ok(contact) => {
                     self.given &= contact.is_some();
                     return Ok(contact);
@@ -243,6 +248,7 @@ impl Simulation {
         let from = self.time();
         self.motion.equations.check_outside(from, until, self.mover.vector().0)?;
         let Run { output, events, dense, following } = run;
+        let followed = *following != Following::default();
         let start = self.time();
         let mut times = Times::new(start, until, output)?;
         let mut watch = Watch::new(&self.motion.equations, events, self.given)?;
@@ -274,7 +280,7 @@ impl Simulation {
             let (stop, contact);
             if watched {
                 let (before, known) = (self.checkpoint(), record.events.len());
-                contact = self.advance(until, |_| true, patience)?;
+                contact = self.advance(until, followed, |_| true, patience)?;
                 stop = match self.look_inside(contact, &mut watch, events, record, patience) {
                     Ok(stop) => stop,
                     Err(error) => {
@@ -286,7 +292,7 @@ impl Simulation {
                 };
             } else {
                 stop = None;
-                contact = self.advance(until, |now| times.pending(now).is_some(), patience)?;
+                contact = self.advance(until, followed, |now| times.pending(now).is_some(), patience)?;
             }
             let now = self.time();
             let met = contact.map_or(now, |contact| contact.time);

@@ -1,15 +1,20 @@
 //! Departures that follow a run, step by step.
 
 use super::chaos::{INTEGRALS, Parting};
-use super::dense::piece_at;
 use super::mapped::Mapped;
 use super::motion::Motion;
 use super::mover::Mover;
 use super::record::Trajectory;
-use crate::dynamics::{Dynamics, Parameter, Parts, State, Variations};
+use crate::dynamics::{Collocation, Dynamics, Parameter, Parts, State, Variations};
 use crate::error::{Error, Result};
-use crate::integrate::{Linear, Segment, VERNER98};
+use crate::integrate::{Segment, VERNER98};
 use crate::patience::Patience;
+
+/// The shortest step of departures, as a fraction of the motion's.
+const SHORTEST: f64 = 1e-6;
+
+/// Numbers that are larger have left the range in which a step can be solved.
+const LARGEST: f64 = 1e280;
 
 /// What is followed beside a run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -29,12 +34,20 @@ pub(super) struct Tangents(Vec<Tangent>);
 struct Tangent {
     variations: Variations,
     parting: Option<Parting>,
-    linear: Linear,
+    collocation: Collocation,
     /// The state at which the run began.
     start: State,
-    /// Where the departures are.
+    present: Departed,
+    /// Vectors of the motion.
+    y: [Vec<f64>; 2],
+}
+
+/// How far departures have come.
+#[derive(Debug, Clone)]
+struct Departed {
     time: f64,
-    y: Vec<f64>,
+    columns: Vec<f64>,
+    integrals: [f64; INTEGRALS],
 }
 
 impl Tangents {
@@ -52,13 +65,13 @@ impl Tangents {
             }
             let variations = Variations::new(equations, parameters.clone())?;
             let columns = variations.start();
-            all.push(Tangent::new(variations, None, columns, motion, mover, start));
+            all.push(Tangent::new(variations, None, columns, mover, start));
         }
         if following.chaos {
             let variations = Variations::of_one(equations)?;
             let parting = Parting::new(motion, &variations);
             let column = parting.start();
-            all.push(Tangent::new(variations, Some(parting), column, motion, mover, start));
+            all.push(Tangent::new(variations, Some(parting), column, mover, start));
         }
         Ok(Self(all))
     }
@@ -99,51 +112,49 @@ impl Tangent {
     fn new(
         variations: Variations,
         parting: Option<Parting>,
-        vector: Vec<f64>,
-        motion: &Motion,
+        columns: Vec<f64>,
         mover: &Mover,
         start: &State,
     ) -> Self {
-        let arch = motion.equations.system().arch();
+        let tableau = mover.tableau().unwrap_or(&VERNER98);
         Self {
-            linear: Linear::new(mover.tableau().unwrap_or(&VERNER98), arch, vector),
+            collocation: Collocation::new(&variations, tableau.order),
             variations,
             parting,
-            time: start.time,
+            present: Departed { time: start.time, columns, integrals: [0.0; INTEGRALS] },
             start: start.clone(),
-            y: vec![0.0; motion.equations.layout().dimension()],
+            y: Default::default(),
         }
     }
 
     fn advance(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
-        let Some(step) = mover.last() else { return self.map(motion, mover, patience) };
-        self.step(&mut motion.equations, step.size, true, patience, |stage, _, y| step.stage(stage, y))?;
-        self.settle(mover.time());
-        Ok(())
+        if mover.fixed().is_some() {
+            return self.map(motion, mover, patience);
+        }
+        self.place(&mut motion.equations, mover.pieces(), mover.time(), patience)
     }
 
     /// The derivative of the map of a step of fixed size.
     fn map(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
         let Some((stepper, splitting)) = mover.fixed() else { return Ok(()) };
-        let Self { variations, parting, linear, .. } = self;
-        let count = linear.vector().len() - if parting.is_some() { INTEGRALS } else { 0 };
-        let before = linear.vector().to_vec();
+        let Self { variations, parting, collocation, present, start, .. } = self;
+        let before = parting.as_ref().map(|parting| parting.growth(&present.columns));
         let mut mapped = Mapped {
             equations: &mut motion.equations,
             splitting: splitting.clone(),
             variations,
-            linear,
-            count,
-            time: self.time,
+            collocation,
+            columns: &mut present.columns,
+            time: present.time,
             covered: 0.0,
             known: false,
-            scratch: vec![0.0; count],
         };
         stepper.again(&mut mapped, patience)?;
         let now = mover.time();
-        if let Some(parting) = parting {
-            let times = [self.time - self.start.time, now - self.start.time];
-            parting.integrate(times, &before, linear.vector_mut());
+        if let (Some(parting), Some(before)) = (parting, before) {
+            let times = [present.time - start.time, now - start.time];
+            let growths = [before, parting.growth(&present.columns)];
+            parting.integrate_between(times, growths, &mut present.integrals);
         }
         self.settle(now);
         Ok(())
@@ -156,43 +167,100 @@ impl Tangent {
         time: f64,
         patience: &mut Patience,
     ) -> Result<()> {
-        let forward = time >= self.time;
-        self.step(equations, time - self.time, true, patience, |_, at, y| within(pieces, at, forward, y))?;
+        self.present = self.follow(equations, pieces, time, true, patience)?;
         self.settle(time);
         Ok(())
     }
 
-    /// A step from where the departures are, with the vectors of the motion at its stages; the last one reached.
+    /// The departures at a time, along these pieces. `keep` says that the next step will begin there.
+    fn follow(
+        &mut self,
+        equations: &mut Dynamics,
+        pieces: &[Segment],
+        until: f64,
+        keep: bool,
+        patience: &mut Patience,
+    ) -> Result<Departed> {
+        equations.prepare_variations(self.present.time, patience)?;
+        let mut departed = self.present.clone();
+        for piece in pieces {
+            let from =
+                if departed.time == piece.start() { 0.0 } else { piece.fraction(departed.time).max(0.0) };
+            let to = if until == piece.end() { 1.0 } else { piece.fraction(until).min(1.0) };
+            if from < to {
+                self.step(equations, piece, [from, to], keep, &mut departed, patience)?;
+                departed.time = if to < 1.0 { until } else { piece.end() };
+            }
+        }
+        departed.time = until;
+        Ok(departed)
+    }
+
+    /// Moves departures from a fraction of a piece to another; in shorter steps where the equations of the whole are not solved.
     fn step(
         &mut self,
         equations: &mut Dynamics,
-        size: f64,
+        piece: &Segment,
+        [from, to]: [f64; 2],
         keep: bool,
+        departed: &mut Departed,
         patience: &mut Patience,
-        motion: impl Fn(usize, f64, &mut [f64]),
-    ) -> Result<&[f64]> {
-        let Self { variations, parting, linear, start, time, y } = self;
-        let (time, since) = (*time, *time - start.time);
-        equations.prepare_variations(time, patience)?;
-        let arch = equations.system().arch();
-        linear.step(size, keep, |stage, fraction, columns, rates| {
-            patience.spend(variations.work(equations), time)?;
-            let at = time + fraction * size;
-            motion(stage, at, y);
-            variations.look(equations, at, y)?;
-            let count = columns.len() - if parting.is_some() { INTEGRALS } else { 0 };
-            variations.rates(arch, &columns[..count], &mut rates[..count]);
-            if let Some(parting) = parting {
-                parting.integrals(since + fraction * size, columns, rates);
+    ) -> Result<()> {
+        let Self { variations, parting, collocation, start, y: [y, end], .. } = self;
+        y.resize(equations.layout().dimension(), 0.0);
+        end.resize(equations.layout().dimension(), 0.0);
+        let (first, mut from, mut length) = (from, from, to - from);
+        while from < to {
+            let next = if from + 1.5 * length < to { from + length } else { to };
+            let (time, size) = (piece.time_at(from), (next - from) * piece.size());
+            for node in 0..collocation.gauss().nodes.len() {
+                let fraction = from + collocation.gauss().nodes[node] * (next - from);
+                piece.at(fraction, y);
+                patience.spend(variations.work(equations), time)?;
+                variations.look(equations, piece.time_at(fraction), y)?;
+                collocation.take(node, equations, variations, y);
             }
-            Ok(())
-        })
+            piece.at(from, y);
+            piece.at(next, end);
+            collocation.between(equations, variations, [y, end]);
+            let follows = keep || from == first;
+            if !collocation.solve(equations, [time, size], &departed.columns, follows, patience)? {
+                if departed.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
+                    departed.columns.fill(f64::NAN);
+                    return Ok(());
+                }
+                length = 0.5 * (next - from);
+                if length < SHORTEST {
+                    return Err(Error::NotConverged {
+                        what: format!("the equations of departures at time {time}"),
+                        detail: format!(
+                            "they change too fast even for a step of {:e}",
+                            length * piece.size()
+                        ),
+                    });
+                }
+                continue;
+            }
+            if let Some(parting) = parting {
+                let growth = |node| parting.growth(collocation.at_node(node));
+                let step = [time - start.time, size];
+                parting.integrate(collocation.gauss(), step, growth, &mut departed.integrals);
+            }
+            departed.columns.copy_from_slice(collocation.reached());
+            if keep {
+                collocation.remember(size);
+            }
+            from = next;
+        }
+        Ok(())
     }
 
     fn settle(&mut self, time: f64) {
-        self.time = time;
-        if let Some(parting) = &mut self.parting {
-            parting.settle(self.linear.vector_mut());
+        self.present.time = time;
+        if let Some(parting) = &mut self.parting
+            && parting.settle(&mut self.present.columns)
+        {
+            self.collocation.forget();
         }
     }
 
@@ -204,17 +272,16 @@ impl Tangent {
         record: &mut Trajectory,
         patience: &mut Patience,
     ) -> Result<()> {
-        let vector = if state.time == self.time {
-            self.linear.vector().to_vec()
+        let Departed { columns, integrals, .. } = if state.time == self.present.time {
+            self.present.clone()
         } else {
-            let (size, forward) = (state.time - self.time, state.time >= self.time);
-            self.step(equations, size, false, patience, |_, at, y| within(pieces, at, forward, y))?.to_vec()
+            self.follow(equations, pieces, state.time, false, patience)?
         };
         if let Some(parting) = &self.parting {
-            record.chaos.extend(parting.indicators(state.time - self.start.time, &vector));
+            record.chaos.extend(parting.indicators(state.time - self.start.time, &columns, integrals));
             return Ok(());
         }
-        if !vector.iter().all(|number| number.is_finite()) {
+        if !columns.iter().all(|number| number.is_finite()) {
             return Err(Error::NotConverged {
                 what: format!("the transition matrix at time {}", state.time),
                 detail:
@@ -222,15 +289,9 @@ impl Tangent {
                         .to_owned(),
             });
         }
-        let (transition, sensitivity) = self.variations.expand(&vector, &self.start, state);
+        let (transition, sensitivity) = self.variations.expand(&columns, &self.start, state);
         record.transition.extend(transition);
         record.sensitivity.extend(sensitivity);
         Ok(())
     }
-}
-
-/// The motion at a time within pieces.
-fn within(pieces: &[Segment], at: f64, forward: bool, y: &mut [f64]) {
-    let piece = piece_at(pieces, at, forward);
-    piece.at(piece.fraction(at), y);
 }

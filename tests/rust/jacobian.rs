@@ -2,7 +2,7 @@
 
 use crate::mutual::{Bodies, any_bodies, any_pose, pair, pose};
 use crate::support::*;
-use fullbody::dynamics::{BarycentricFrame, Parameter, Settings, State, System, Variations};
+use fullbody::dynamics::{BarycentricFrame, Collocation, Parameter, Settings, State, System, Variations};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Jacobian, Method, Pose};
@@ -144,11 +144,15 @@ fn departures_allocate_nothing_within_a_step() {
         let all = names.iter().filter_map(|(name, _)| Parameter::named(name, &system).ok()).collect();
         let mut variations = Variations::new(&dynamics, all).unwrap();
         let columns = variations.start();
-        let mut rates = columns.clone();
+        let mut collocation = Collocation::new(&variations, 9);
         let before = allocations();
-        variations.look(&mut dynamics, 0.0, &y).unwrap();
-        variations.rates(system.arch(), &columns, &mut rates);
+        for node in 0..collocation.gauss().nodes.len() {
+            variations.look(&mut dynamics, 0.0, &y).unwrap();
+            collocation.take(node, &dynamics, &variations, &y);
+        }
+        collocation.between(&dynamics, &variations, [&y, &y]);
+        let solved = collocation.solve(&dynamics, [0.0, 0.1], &columns, false, endless).unwrap();
         assert_eq!(allocations() - before, 0, "{gravity}");
-        assert!(rates.iter().all(|rate| rate.is_finite()));
+        assert!(solved && collocation.reached().iter().all(|number| number.is_finite()));
     }
 }

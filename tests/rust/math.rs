@@ -3,6 +3,7 @@
 use crate::support::*;
 use fullbody::math::carlson::{duplications_needed, rd_triple};
 use fullbody::math::compensated::{Compensated, sum, two_product, two_sum};
+use fullbody::math::gauss::Gauss;
 use fullbody::math::lanes::{BLOCK, Lanes, Total, VectorPath, dot, polynomials};
 use fullbody::math::{Mat3, Vec3, rotation};
 use proptest::prelude::*;
@@ -268,5 +269,33 @@ proptest! {
         let difference = Compensated::difference(a, b);
         prop_assert_eq!(integer(difference.high) + integer(difference.low), integer(a) - integer(b));
         prop_assert_eq!(Compensated::new(a).value(), a);
+    }
+}
+
+#[test]
+fn gauss_integrates_and_continues_polynomials() {
+    for count in 1..=8 {
+        let gauss = Gauss::new(count.try_into().unwrap());
+        let Gauss { nodes, weights, integrals, .. } = &gauss;
+        for power in 0..2 * count as i32 {
+            let exact = |c: f64| c.powi(power + 1) / f64::from(power + 1);
+            let sum = |b: &[f64]| b.iter().zip(nodes).map(|(b, c)| b * c.powi(power)).sum::<f64>();
+            close(sum(weights), exact(1.0), 1e-15);
+            if power < count as i32 {
+                for (row, &c) in integrals.iter().zip(nodes) {
+                    assert!((sum(row) - exact(c)).abs() < 2e-16, "{power} of {count} at {c}");
+                }
+                let mut factors = vec![0.0; count];
+                gauss.factors(1.7, &mut factors);
+                close(sum(&factors), 1.7_f64.powi(power), 1e-11);
+            }
+        }
+        // The condition under which a method keeps quadratic invariants.
+        for i in 0..count {
+            for j in 0..count {
+                let kept = weights[i] * integrals[i][j] + weights[j] * integrals[j][i];
+                assert!((kept - weights[i] * weights[j]).abs() < 1e-17, "{i} {j} of {count}");
+            }
+        }
     }
 }

@@ -1,0 +1,218 @@
+//! The equations of departures over a step, by Gauss's collocation method.
+//!
+//! With n nodes it has order 2 n, and takes the derivatives of the loads n times a step. It keeps every quadratic invariant of the
+//! equations, the symplectic form among them, to round-off. Within a step the rotation vectors are in inertial axes, where the body's
+//! own rotation has no part in their equation: theta' = R dspin. What is left couples the numbers weakly, and sweeps through
+//! the step's equations soon come to an end. They begin with the polynomial of the step before.
+
+use super::products::DEPTH;
+use super::sweeps::{Step, Sweeps, TOGETHER};
+use super::{Dynamics, Variations};
+use crate::error::Result;
+use crate::math::Mat3;
+use crate::math::gauss::Gauss;
+use crate::math::lanes::few;
+use crate::patience::Patience;
+use std::num::NonZeroUsize;
+
+/// Sweeps of a step, about, for [`Patience`].
+const SWEEPS: usize = 6;
+
+/// A step of departures: what they obey at its nodes.
+#[derive(Debug, Clone)]
+pub struct Collocation {
+    gauss: Gauss,
+    half: usize,
+    width: usize,
+    stride: usize,
+    turn: usize,
+    bodies: usize,
+    /// A and B at the nodes, one after the other; those columns of A that belong to rotations are of rotations in inertial axes.
+    by_place: Vec<f64>,
+    by_motion: Vec<f64>,
+    /// The derivatives by the parameters, at the nodes, as rows of columns.
+    forcing: Vec<f64>,
+    /// Attitudes at the nodes, body after body, and at the step's ends.
+    attitudes: Vec<Mat3>,
+    ends: [Vec<Mat3>; 2],
+    /// Factors of two spins in every number of Euler's equations.
+    euler: Vec<[f64; 2]>,
+    sizes: Vec<[f64; 3]>,
+    inverse: Vec<f64>,
+    inverse_rates: Vec<f64>,
+    /// The rates of p at the nodes: of this step, and of the one before.
+    pushes: [Vec<f64>; 2],
+    /// Size of the step before, at the end of which this one begins.
+    before: Option<f64>,
+    /// Where the columns are going.
+    reached: Vec<f64>,
+    work: Vec<f64>,
+}
+
+impl Collocation {
+    /// For these departures, of an order that is not below the given one.
+    pub fn new(variations: &Variations, order: u32) -> Self {
+        // The sweeps are compiled for these numbers of nodes.
+        let count = (order as usize / 2 + 1).clamp(3, 5);
+        let (half, width, bodies) = (variations.half(), variations.width(), variations.bodies);
+        let stride = half.next_multiple_of(DEPTH);
+        let forced = if width > variations.initial { count * half * width } else { 0 };
+        let lanes = width.next_multiple_of(TOGETHER);
+        Self {
+            gauss: Gauss::new(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN)),
+            half,
+            width,
+            stride,
+            turn: variations.turn(0),
+            bodies,
+            by_place: vec![0.0; count * half * stride],
+            by_motion: vec![0.0; count * variations.by_motion.len()],
+            forcing: vec![0.0; forced],
+            attitudes: vec![Mat3::identity(); count * bodies],
+            ends: [0, 1].map(|_| vec![Mat3::identity(); bodies]),
+            euler: vec![[0.0; 2]; 3 * count * bodies],
+            sizes: vec![[1.0; 3]; bodies],
+            inverse: vec![1.0; 2 * half],
+            inverse_rates: vec![1.0; half],
+            pushes: [0, 1].map(|_| vec![0.0; half * count * lanes]),
+            before: None,
+            reached: vec![0.0; 2 * half * width],
+            work: vec![0.0; half * (2 * count + 3) * TOGETHER],
+        }
+    }
+
+    /// The method's nodes and coefficients, as fractions of a step.
+    pub fn gauss(&self) -> &Gauss {
+        &self.gauss
+    }
+
+    /// Takes what departures obey at a node, where they have been looked at last, with the motion's vector there.
+    pub fn take(&mut self, node: usize, dynamics: &Dynamics, variations: &Variations, y: &[f64]) {
+        let Self { half, width, stride, turn, bodies, .. } = *self;
+        let rows = node * half * stride..(node + 1) * half * stride;
+        let by_place = &mut self.by_place[rows.clone()];
+        by_place.copy_from_slice(&variations.by_place);
+        for body in 0..bodies {
+            let attitude = dynamics.attitude(y, body);
+            self.attitudes[body * self.gauss.nodes.len() + node] = attitude;
+            for row in by_place.chunks_exact_mut(stride) {
+                let by_turn = &mut row[turn + 3 * body..][..3];
+                let [x, y, z] = [by_turn[0], by_turn[1], by_turn[2]];
+                (0..3).for_each(|c| {
+                    by_turn[c] = attitude[(c, 0)] * x + attitude[(c, 1)] * y + attitude[(c, 2)] * z;
+                });
+            }
+            self.euler[3 * (node * bodies + body)..][..3].copy_from_slice(&variations.euler(body));
+        }
+        if !self.by_motion.is_empty() {
+            self.by_motion[rows].copy_from_slice(&variations.by_motion);
+        }
+        if !self.forcing.is_empty() {
+            let forcing = &mut self.forcing[node * half * width..(node + 1) * half * width];
+            forcing.fill(0.0);
+            variations.force(|row, column, value| forcing[row * width + column] += value);
+        }
+    }
+
+    /// Takes the motion's vectors at the ends of a step.
+    pub fn between(&mut self, dynamics: &Dynamics, variations: &Variations, ends: [&[f64]; 2]) {
+        for (attitudes, y) in self.ends.iter_mut().zip(ends) {
+            for (body, attitude) in attitudes.iter_mut().enumerate() {
+                *attitude = dynamics.attitude(y, body);
+            }
+        }
+        dynamics.scales(ends[0], &mut self.sizes);
+        variations.inverse_sizes(&self.sizes, &mut self.inverse);
+    }
+
+    /// Forgets the step before.
+    pub fn forget(&mut self) {
+        self.before = None;
+    }
+
+    /// Solves the equations of a step from a time on, which may follow the one that was remembered last. Whether that was possible;
+    /// then [`Self::reached`] has the columns at its end.
+    pub fn solve(
+        &mut self,
+        dynamics: &Dynamics,
+        step: [f64; 2],
+        columns: &[f64],
+        follows: bool,
+        patience: &mut Patience,
+    ) -> Result<bool> {
+        let before = self.before.filter(|_| follows);
+        match self.gauss.nodes.len() {
+            3 => self.solve_with::<3>(dynamics, step, columns, before, patience),
+            4 => self.solve_with::<4>(dynamics, step, columns, before, patience),
+            _ => self.solve_with::<5>(dynamics, step, columns, before, patience),
+        }
+    }
+
+    fn solve_with<const N: usize>(
+        &mut self,
+        dynamics: &Dynamics,
+        [from, size]: [f64; 2],
+        columns: &[f64],
+        size_before: Option<f64>,
+        patience: &mut Patience,
+    ) -> Result<bool> {
+        let Self { half, width, stride, turn, .. } = *self;
+        let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
+        rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
+        let [before, pushes] = &mut self.pushes;
+        // A much longer step is beyond what its polynomial knows.
+        let growth = size_before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
+        let factors = growth.map(|growth| {
+            let mut factors = [[0.0; N]; N];
+            for (row, node) in factors.iter_mut().zip(&self.gauss.nodes) {
+                self.gauss.factors(1.0 + node * growth, row);
+            }
+            factors
+        });
+        let step = Step::<N> {
+            size: [half, width],
+            integrals: std::array::from_fn(|i| std::array::from_fn(|j| size * self.gauss.integrals[i][j])),
+            weights: std::array::from_fn(|i| size * self.gauss.weights[i]),
+            by_place: &self.by_place,
+            by_motion: &self.by_motion,
+            stride,
+            forcing: &self.forcing,
+            turn,
+            attitudes: &self.attitudes,
+            ends: [&self.ends[0], &self.ends[1]],
+            euler: &self.euler,
+            inverse: &self.inverse,
+            inverse_rates: &self.inverse_rates,
+            columns,
+            before,
+            factors,
+        };
+        let work = SWEEPS * TOGETHER * (self.by_place.len() + self.by_motion.len()) / 64;
+        for first in (0..width).step_by(TOGETHER) {
+            patience.spend(work as u64, from)?;
+            let range = first..width.min(first + TOGETHER);
+            let arch = few(dynamics.system().arch(), range.len());
+            let (out, work) = (&mut self.reached, &mut self.work);
+            if !arch.dispatch(Sweeps { step: &step, range, out, pushes, work }) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The columns at the end of the step that was solved last.
+    pub fn reached(&self) -> &[f64] {
+        &self.reached
+    }
+
+    /// Begins the next step with the polynomial of the one that was solved, of this size.
+    pub fn remember(&mut self, size: f64) {
+        self.pushes.swap(0, 1);
+        self.before = Some(size);
+    }
+
+    /// A single column at a node of the step that was solved last, its rotation vectors in inertial axes.
+    pub fn at_node(&self, node: usize) -> impl Iterator<Item = &f64> {
+        self.work.chunks_exact(self.gauss.nodes.len()).take(2 * self.half).map(move |row| &row[node])
+    }
+}

@@ -1,0 +1,372 @@
+//! The equations of departures over a step at Gauss's nodes, solved by sweeps, a register of columns at a time.
+//!
+//! The unknowns are the rates of p at the nodes. A sweep takes p from them, q from p, and them anew from q and p. Everything that a
+//! register of columns needs stays in the fastest memory meanwhile.
+
+use super::products::{DEPTH, product};
+use crate::math::Mat3;
+use pulp::{Scalar, Simd, WithSimd};
+use std::ops::Range;
+
+/// Columns that are solved in one go.
+pub(super) const TOGETHER: usize = 8;
+
+/// The most sweeps; with fewer no shorter step would be quicker.
+const MOST: usize = 30;
+
+/// Sweeps that may pass before the change must have halved from one to the next.
+const FIRST: usize = 4;
+
+/// What is left when a sweep is expected to change no digit, in shares of a column's size.
+const ROUNDING: f64 = f64::EPSILON;
+
+/// What sweeps may be unable to remove, by rounding.
+const NOISE: f64 = 256.0 * f64::EPSILON;
+
+/// The equations of a step at its nodes, one after the other.
+pub(super) struct Step<'a, const N: usize> {
+    /// Half the rows, and columns.
+    pub size: [usize; 2],
+    /// Coefficients and weights of the collocation method, times the size of the step.
+    pub integrals: [[f64; N]; N],
+    pub weights: [f64; N],
+    /// A and B, each with half its rows for a node, and the length of their rows.
+    pub by_place: &'a [f64],
+    pub by_motion: &'a [f64],
+    pub stride: usize,
+    /// The derivatives by the parameters, or nothing.
+    pub forcing: &'a [f64],
+    /// The row of the first body's theta.
+    pub turn: usize,
+    /// The attitudes at the nodes, body after body, and at the step's ends.
+    pub attitudes: &'a [Mat3],
+    pub ends: [&'a [Mat3]; 2],
+    /// The factors of the two spins in every number of Euler's equations.
+    pub euler: &'a [[f64; 2]],
+    /// One over the natural size of every row, and of the rates of p times that of the step.
+    pub inverse: &'a [f64],
+    pub inverse_rates: &'a [f64],
+    /// The columns at the start.
+    pub columns: &'a [f64],
+    /// The rates of p at the nodes of the step before, and the factors that carry them on.
+    pub before: &'a [f64],
+    pub factors: Option<[[f64; N]; N]>,
+}
+
+/// Its solution, of some columns.
+pub(super) struct Sweeps<'a, const N: usize> {
+    pub step: &'a Step<'a, N>,
+    pub range: Range<usize>,
+    /// The columns at the end.
+    pub out: &'a mut [f64],
+    /// The rates of p at the nodes.
+    pub pushes: &'a mut [f64],
+    pub work: &'a mut [f64],
+}
+
+impl<const N: usize> WithSimd for Sweeps<'_, N> {
+    /// Whether the sweeps came to an end.
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if self.step.size[1] < S::F64_LANES { self.by(Scalar) } else { self.by(simd) }
+    }
+}
+
+impl<const N: usize> Sweeps<'_, N> {
+    #[inline(always)]
+    fn by<S: Simd>(mut self, simd: S) -> bool {
+        for first in self.range.clone().step_by(S::F64_LANES) {
+            if !self.solve(simd, first) {
+                return false;
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn solve<S: Simd>(&mut self, simd: S, first: usize) -> bool {
+        let step = self.step;
+        let ([half, width], lanes) = (step.size, S::F64_LANES);
+        let length = half * N * lanes;
+        // The last lanes overlap those before.
+        let at = first.min(width - lanes);
+        let place = first * half * N;
+        let pushes = nodes::<S, N>(&mut self.pushes[place..place + length]);
+        let (q, rest) = self.work.split_at_mut(length);
+        let (p, rest) = rest.split_at_mut(length);
+        let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
+        let (start, last) = S::as_mut_simd_f64s(&mut rest[..3 * half * lanes]).0.split_at_mut(2 * half);
+
+        let scale = step.begin(simd, at, start);
+        match &step.factors {
+            Some(factors) => {
+                let before = S::as_simd_f64s(&step.before[place..place + length]).0.as_chunks::<N>().0;
+                for row in 0..half {
+                    pushes[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
+                }
+            }
+            None => pushes.fill([simd.splat_f64s(0.0); N]),
+        }
+        step.motions(simd, start, pushes, p);
+        let mut share_before = f64::NAN;
+        for sweep in 1.. {
+            step.places(simd, start, p, q);
+            for row in 0..half {
+                last[row] = pushes[row][N - 1];
+            }
+            for i in 0..N {
+                step.rates(simd, (i, at), q, p, pushes);
+            }
+            step.motions(simd, start, pushes, p);
+            let share = step.change(simd, scale, pushes, last);
+            // Of the first sweep it is not a number.
+            let ratio = share / share_before;
+            // What further sweeps would change, if each changes as much less as this one.
+            if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
+                break;
+            }
+            if sweep >= FIRST && (ratio >= 0.5 || ratio.is_nan()) {
+                if share <= NOISE {
+                    break;
+                }
+                return false;
+            }
+            if sweep == MOST {
+                return false;
+            }
+            share_before = share;
+        }
+        step.end(simd, at, start, [p, pushes], self.out);
+        true
+    }
+}
+
+impl<const N: usize> Step<'_, N> {
+    fn bodies(&self) -> usize {
+        self.ends[0].len()
+    }
+
+    /// The columns at the start, with the rotations in inertial axes, and their sizes.
+    #[inline(always)]
+    fn begin<S: Simd>(&self, simd: S, at: usize, start: &mut [S::f64s]) -> S::f64s {
+        let mut scale = simd.splat_f64s(f64::MIN_POSITIVE);
+        for row in 0..start.len() {
+            start[row] = load::<S>(self.columns, row * self.size[1] + at);
+            scale = simd.mul_add_e_f64s(size(simd, start[row]), simd.splat_f64s(self.inverse[row]), scale);
+        }
+        for body in 0..self.bodies() {
+            let row = self.turn + 3 * body;
+            let theta = turned(simd, &self.ends[0][body], [start[row], start[row + 1], start[row + 2]]);
+            start[row..row + 3].copy_from_slice(&theta);
+        }
+        scale
+    }
+
+    /// p at the nodes.
+    #[inline(always)]
+    fn motions<S: Simd>(&self, simd: S, start: &[S::f64s], pushes: &[[S::f64s; N]], p: &mut [[S::f64s; N]]) {
+        let half = self.size[0];
+        for row in 0..half {
+            p[row] = along(simd, start[half + row], &pushes[row], &self.integrals);
+        }
+    }
+
+    /// q at the nodes.
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, start: &[S::f64s], p: &[[S::f64s; N]], q: &mut [[S::f64s; N]]) {
+        let spinning = self.turn..self.turn + 3 * self.bodies();
+        for row in 0..self.size[0] {
+            if !spinning.contains(&row) {
+                q[row] = along(simd, start[row], &p[row], &self.integrals);
+            }
+        }
+        for body in 0..self.bodies() {
+            let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));
+            for c in 0..3 {
+                q[row + c] = along(simd, start[row + c], &rates[c], &self.integrals);
+            }
+        }
+    }
+
+    /// The rates of p at a node.
+    #[inline(always)]
+    fn rates<S: Simd>(
+        &self,
+        simd: S,
+        (i, at): (usize, usize),
+        q: &[[S::f64s; N]],
+        p: &[[S::f64s; N]],
+        pushes: &mut [[S::f64s; N]],
+    ) {
+        let [half, width] = self.size;
+        for row in 0..half {
+            pushes[row][i] = if self.forcing.is_empty() {
+                simd.splat_f64s(0.0)
+            } else {
+                load::<S>(self.forcing, (i * half + row) * width + at)
+            };
+        }
+        for (matrix, from) in [(self.by_place, q), (self.by_motion, p)] {
+            if matrix.is_empty() {
+                continue;
+            }
+            let blocks = self.stride / DEPTH;
+            let matrix = &matrix.as_chunks::<DEPTH>().0[i * half * blocks..][..half * blocks];
+            for block in 0..blocks {
+                let mut rows = [simd.splat_f64s(0.0); DEPTH];
+                for k in 0..DEPTH.min(half - DEPTH * block) {
+                    rows[k] = from[DEPTH * block + k][i];
+                }
+                for row in 0..half {
+                    pushes[row][i] = product(simd, &matrix[row * blocks + block], &rows, pushes[row][i]);
+                }
+            }
+        }
+        for body in 0..self.bodies() {
+            let row = self.turn + 3 * body;
+            for c in 0..3 {
+                let [a, b] = self.euler[3 * (i * self.bodies() + body) + c];
+                let (j, k) = (row + (c + 1) % 3, row + (c + 2) % 3);
+                let sum = simd.mul_add_e_f64s(simd.splat_f64s(a), p[j][i], pushes[row + c][i]);
+                pushes[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(b), p[k][i], sum);
+            }
+        }
+    }
+
+    /// How much a sweep has changed, as a share of the columns' sizes: at the last node, since it grows with the time within the step.
+    #[inline(always)]
+    fn change<S: Simd>(&self, simd: S, mut scale: S::f64s, pushes: &[[S::f64s; N]], last: &[S::f64s]) -> f64 {
+        let mut change = simd.splat_f64s(0.0);
+        for row in 0..last.len() {
+            let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), pushes[row][N - 1]);
+            let by = size(simd, simd.sub_f64s(now, last[row]));
+            change = simd.mul_add_e_f64s(by, inverse, change);
+            scale = simd.mul_add_e_f64s(size(simd, now), inverse, scale);
+        }
+        largest::<S>(simd.div_f64s(change, scale))
+    }
+
+    /// The columns at the end.
+    #[inline(always)]
+    fn end<S: Simd>(
+        &self,
+        simd: S,
+        at: usize,
+        start: &[S::f64s],
+        [p, pushes]: [&[[S::f64s; N]]; 2],
+        out: &mut [f64],
+    ) {
+        let ([half, width], weights) = (self.size, &self.weights);
+        let spinning = self.turn..self.turn + 3 * self.bodies();
+        for row in 0..half {
+            if !spinning.contains(&row) {
+                store::<S>(out, row * width + at, plus(simd, start[row], &p[row], weights));
+            }
+            store::<S>(out, (half + row) * width + at, plus(simd, start[half + row], &pushes[row], weights));
+        }
+        for body in 0..self.bodies() {
+            let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));
+            let mut theta = [start[row]; 3];
+            for c in 0..3 {
+                theta[c] = plus(simd, start[row + c], &rates[c], weights);
+            }
+            let theta = turned(simd, &self.ends[1][body].transpose(), theta);
+            for c in 0..3 {
+                store::<S>(out, (row + c) * width + at, theta[c]);
+            }
+        }
+    }
+
+    /// The rates of a body's rotation vector in inertial axes, at the nodes: the spin's departure there.
+    #[inline(always)]
+    fn turning<S: Simd>(&self, simd: S, body: usize, p: &[[S::f64s; N]]) -> [[S::f64s; N]; 3] {
+        let (row, attitudes) = (self.turn + 3 * body, &self.attitudes[N * body..][..N]);
+        let mut rates = [[simd.splat_f64s(0.0); N]; 3];
+        for i in 0..N {
+            let turned = turned(simd, &attitudes[i], [p[row][i], p[row + 1][i], p[row + 2][i]]);
+            for c in 0..3 {
+                rates[c][i] = turned[c];
+            }
+        }
+        rates
+    }
+}
+
+/// A start plus the sums of rates at the nodes.
+#[inline(always)]
+fn along<S: Simd, const N: usize>(
+    simd: S,
+    start: S::f64s,
+    rates: &[S::f64s; N],
+    integrals: &[[f64; N]; N],
+) -> [S::f64s; N] {
+    let mut out = [start; N];
+    for j in 0..N {
+        for i in 0..N {
+            out[i] = simd.mul_add_e_f64s(simd.splat_f64s(integrals[i][j]), rates[j], out[i]);
+        }
+    }
+    out
+}
+
+/// A start plus the weighted sum of rates at the nodes.
+#[inline(always)]
+fn plus<S: Simd, const N: usize>(
+    simd: S,
+    start: S::f64s,
+    rates: &[S::f64s; N],
+    weights: &[f64; N],
+) -> S::f64s {
+    let mut sum = simd.splat_f64s(0.0);
+    for i in 0..N {
+        sum = simd.mul_add_e_f64s(simd.splat_f64s(weights[i]), rates[i], sum);
+    }
+    simd.add_f64s(start, sum)
+}
+
+/// |x|.
+#[inline(always)]
+fn size<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    simd.max_f64s(x, simd.sub_f64s(simd.splat_f64s(0.0), x))
+}
+
+/// The largest of lanes, or not a number where one is none.
+#[inline(always)]
+fn largest<S: Simd>(lanes: S::f64s) -> f64 {
+    let mut values = [0.0; 8];
+    store::<S>(&mut values, 0, lanes);
+    let mut largest = 0.0;
+    for value in values {
+        largest = if value > largest || value.is_nan() { value } else { largest };
+    }
+    largest
+}
+
+#[inline(always)]
+fn load<S: Simd>(values: &[f64], at: usize) -> S::f64s {
+    S::as_simd_f64s(&values[at..][..S::F64_LANES]).0[0]
+}
+
+#[inline(always)]
+fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
+    S::as_mut_simd_f64s(&mut values[at..][..S::F64_LANES]).0[0] = lanes;
+}
+
+/// Rows of numbers at the nodes.
+#[inline(always)]
+fn nodes<S: Simd, const N: usize>(values: &mut [f64]) -> &mut [[S::f64s; N]] {
+    S::as_mut_simd_f64s(values).0.as_chunks_mut::<N>().0
+}
+
+#[inline(always)]
+fn turned<S: Simd>(simd: S, m: &Mat3, v: [S::f64s; 3]) -> [S::f64s; 3] {
+    let mut out = [simd.splat_f64s(0.0); 3];
+    for j in 0..3 {
+        for c in 0..3 {
+            out[c] = simd.mul_add_e_f64s(simd.splat_f64s(m[(c, j)]), v[j], out[c]);
+        }
+    }
+    out
+}

@@ -1,0 +1,73 @@
+//! Gauss's nodes of an interval: quadrature, and the polynomial through values at them.
+//!
+//! On [0, 1], with P_k Legendre's polynomials of x = 2 c - 1 and b_j the weights, the polynomial of the lowest degree that is one at the
+//! node j and zero at the others is l_j = b_j sum_k (2 k + 1) P_k(x_j) P_k(x), and the integral of P_k from 0 to c is
+//! (P_(k+1) - P_(k-1)) / (2 (2 k + 1)), that of P_0 is c.
+
+use gauss_quad::GaussLegendre;
+use std::num::NonZeroUsize;
+
+/// Nodes with their weights and integrals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gauss {
+    /// Nodes in [0, 1].
+    pub nodes: Vec<f64>,
+    /// The integrals of the l_j from 0 to 1.
+    pub weights: Vec<f64>,
+    /// Row i: the integrals of the l_j from 0 to the node i. These are the coefficients of the collocation method of order 2 n.
+    pub integrals: Vec<Vec<f64>>,
+    /// b_j (2 k + 1) P_k(x_j), by j.
+    legendre: Vec<Vec<f64>>,
+}
+
+impl Gauss {
+    /// So many nodes.
+    pub fn new(count: NonZeroUsize) -> Self {
+        let rule = GaussLegendre::new(count);
+        let mut both: Vec<_> = rule.nodes().copied().zip(rule.weights().copied()).collect();
+        both.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let n = count.get();
+        let polynomials: Vec<_> = both.iter().map(|&(x, _)| legendre(x, n)).collect();
+        let factor = |k: usize| (2 * k + 1) as f64;
+        let integral = |i: usize, k: usize| match k {
+            0 => 0.5 * (1.0 + both[i].0),
+            _ => 0.5 * (polynomials[i][k + 1] - polynomials[i][k - 1]) / factor(k),
+        };
+        let legendre: Vec<Vec<_>> = (0..n)
+            .map(|j| (0..n).map(|k| 0.5 * both[j].1 * factor(k) * polynomials[j][k]).collect())
+            .collect();
+        let sum = |i: usize, j: usize| (0..n).rev().map(|k| legendre[j][k] * integral(i, k)).sum();
+        Self {
+            nodes: both.iter().map(|(x, _)| 0.5 * (1.0 + x)).collect(),
+            weights: both.iter().map(|(_, weight)| 0.5 * weight).collect(),
+            integrals: (0..n).map(|i| (0..n).map(|j| sum(i, j)).collect()).collect(),
+            legendre,
+        }
+    }
+
+    /// The factors of values at the nodes in the value of their polynomial at c, which may lie outside of [0, 1].
+    pub fn factors(&self, c: f64, out: &mut [f64]) {
+        let x = 2.0 * c - 1.0;
+        out.fill(0.0);
+        let (mut before, mut present) = (0.0, 1.0);
+        for k in 0..self.nodes.len() {
+            out.iter_mut().zip(&self.legendre).for_each(|(out, row)| *out += row[k] * present);
+            (before, present) = (present, next(k, x, before, present));
+        }
+    }
+}
+
+/// P_0, ..., P_n at x.
+fn legendre(x: f64, n: usize) -> Vec<f64> {
+    let mut all = vec![1.0];
+    for k in 0..n {
+        let before = if k == 0 { 0.0 } else { all[k - 1] };
+        all.push(next(k, x, before, all[k]));
+    }
+    all
+}
+
+/// P_(k+1) from those before it.
+fn next(k: usize, x: f64, before: f64, present: f64) -> f64 {
+    ((2 * k + 1) as f64 * x * present - k as f64 * before) / (k + 1) as f64
+}
