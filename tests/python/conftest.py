@@ -62,11 +62,26 @@ def each_search_once(searches, monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def draft(tmp_path_factory):
-    """A draft of the report on Ho et al. (2021)."""
-    from reproduction.ho2021.page import write_report
+def drafted(tmp_path_factory):
+    """A draft of the report on Ho et al. (2021), and the results that are in it."""
+    from reproduction.ho2021 import page
 
-    return write_report(tmp_path_factory.mktemp("report"), draft=True)
+    compute, found = page.compute, []
+
+    def keep(**options):
+        found.append(compute(**options))
+        return found[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "compute", keep)
+        report = page.write_report(tmp_path_factory.mktemp("report"), draft=True)
+    return report, found[0]
+
+
+@pytest.fixture(scope="session")
+def draft(drafted):
+    """The draft alone."""
+    return drafted[0]
 
 
 @pytest.fixture(scope="session")
