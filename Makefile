@@ -67,8 +67,9 @@ test-arm: $(VENV)/.wheel  ## the Rust tests as 64-bit ARM runs them, by QEMU
 	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
 		$(BIN)/cargo-zigbuild test --no-default-features --target aarch64-unknown-linux-gnu --test rust
 
+# Tests start many interpreters, which read what the first of them has compiled.
 test-python: $(VENV)/.dev
-	$(BIN)/python -m pytest -n auto
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel for this kind of machine, into dist/
 	rm -rf dist

@@ -54,7 +54,7 @@ impl System {
 impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
-        system.moments(patience)?;
+        system.polyhedra(patience)?;
         // Half a million pairs, of a thousand bodies, are not to be moved about.
         let mut links = Vec::with_capacity(system.count_links());
         for (i, j) in system.pairs() {

@@ -243,11 +243,12 @@ impl System {
         Ok(meeting.factor)
     }
 
-    /// Computes what the links of polyhedra take from their moments, unless that has been done: it is kept with the shapes.
-    pub(super) fn moments(&self, patience: &mut Patience) -> Result<()> {
-        let Method::Multipole(degree) = self.settings.gravity else { return Ok(()) };
+    /// Checks polyhedra and computes what their links take from their moments, unless that has been done: it is kept with the shapes.
+    pub(super) fn polyhedra(&self, patience: &mut Patience) -> Result<()> {
         for part in self.bodies.iter().flat_map(Body::parts) {
-            if let Shape::Polyhedron(polyhedron) = &part.shape {
+            let Shape::Polyhedron(polyhedron) = &part.shape else { continue };
+            polyhedron.check(patience)?;
+            if let Method::Multipole(degree) = self.settings.gravity {
                 // Two degrees more tell what the series leaves out.
                 polyhedron.monomial_means(degree + 2, patience)?;
             }
@@ -258,7 +259,7 @@ impl System {
     /// Forces, torques and potential energy.
     pub fn interactions(&self, state: &State, patience: &mut Patience) -> Result<BodyInteraction> {
         self.check(state, patience)?;
-        self.moments(patience).map_err(|error| error.at(state.time))?;
+        self.polyhedra(patience).map_err(|error| error.at(state.time))?;
         let n = self.bodies.len();
         let mut result = BodyInteraction {
             force: vec![Vec3::zeros(); n],
@@ -325,7 +326,7 @@ impl System {
     /// Energy in its parts.
     pub fn energy(&self, state: &State, patience: &mut Patience) -> Result<Energy> {
         self.check(state, patience)?;
-        self.moments(patience).map_err(|error| error.at(state.time))?;
+        self.polyhedra(patience).map_err(|error| error.at(state.time))?;
         let mut potential = 0.0;
         for (i, j) in self.pairs() {
             let pose = pose(state, i, j);

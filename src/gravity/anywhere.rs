@@ -33,6 +33,7 @@ pub struct Anywhere {
 impl Anywhere {
     /// Of a polyhedron.
     pub fn new(polyhedron: &Polyhedron, arch: Arch, patience: &mut Patience) -> Result<Self> {
+        polyhedron.check(patience)?;
         let radius = polyhedron.circumradius();
         let unit = radius.log2().floor().exp2();
         let moments = polyhedron.harmonic_moments(DEGREES[0], arch, patience)?;

@@ -58,14 +58,15 @@ impl Facets {
     pub fn new(polyhedron: &Polyhedron, unit: f64) -> Self {
         let vertices: Vec<Vec3> = polyhedron.vertices().map(|v| v / unit).collect();
         let corners = |face: u32| polyhedron.faces()[face as usize].map(|v| vertices[v as usize]);
-        let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
-        let normal = |face: u32| area_vector(corners(face)).normalize();
+        let all = 0..polyhedron.faces().len() as u32;
+        let areas: Vec<Vec3> = all.clone().map(corners).map(|[a, b, c]| (b - a).cross(&(c - a))).collect();
+        let normals: Vec<Vec3> = areas.iter().map(|area| area.normalize()).collect();
         // What stands in the place of edges and faces that fill a block has no weight.
         let (mut edges, mut sharp) = (Columns::new(EDGE), Columns::new(SHARP));
         for edge in polyhedron.edges() {
             let [a, b] = edge.ends.map(|v| vertices[v as usize]);
             let along = b - a;
-            let [n, m] = edge.faces.map(normal);
+            let [n, m] = edge.faces.map(|face| normals[face as usize]);
             let direction = along.normalize();
             let dyad = n * direction.cross(&n).transpose() - m * direction.cross(&m).transpose();
             let dyad = 0.5 * (dyad + dyad.transpose());
@@ -78,10 +79,8 @@ impl Facets {
             edges.push([a.x, a.y, a.z, b.x, b.y, b.z, along.norm(), xx, xy, xz, yy, yz, zz]);
         }
         let mut faces = Columns::new(FACE);
-        for face in 0..polyhedron.faces().len() as u32 {
+        for ((face, area), n) in all.zip(&areas).zip(&normals) {
             let [a, b, c] = corners(face);
-            let area = area_vector([a, b, c]);
-            let n = area.normalize();
             faces.push([a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, n.x, n.y, n.z, area.norm()]);
         }
         Self {

@@ -19,8 +19,9 @@ use crate::gravity::FieldKernel;
 use crate::math::lanes::{Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::Nodes;
+use crate::quadrature::{Nodes, Stretch};
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::AddAssign;
 
 /// Registers that are worked on side by side.
 pub(super) const ABREAST: usize = 4;
@@ -50,7 +51,8 @@ pub(super) fn slopes<const D: usize, const M: usize>(
     roles: &Roles,
 ) -> Slopes {
     let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
-    let sums = arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin: roles.origin, axes });
+    let origin = roles.origin;
+    let sums = nodes.sum(|nodes| arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin, axes }));
     let mut slopes = Slopes {
         balance: Balance { force: sums.force, torque: Vec3::zeros(), torque_field: sums.torque_field },
         force_by_place: sums.gradient[0],
@@ -78,7 +80,7 @@ pub(super) fn slopes<const D: usize, const M: usize>(
 
 struct GradientSum<'a, K, const D: usize, const M: usize> {
     kernel: K,
-    nodes: &'a Nodes,
+    nodes: Stretch<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -94,6 +96,16 @@ struct Sums<const D: usize, const M: usize> {
     gradient: [Mat3; M],
     /// Means of dn/dx, and of dn/dx y_k in the first D of the others.
     turning: [Mat3; M],
+}
+
+impl<const D: usize, const M: usize> AddAssign for Sums<D, M> {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque_field += other.torque_field;
+        self.moment.iter_mut().zip(other.moment).for_each(|(sum, more)| *sum += more);
+        let matrices = self.gradient.iter_mut().chain(&mut self.turning);
+        matrices.zip(other.gradient.into_iter().chain(other.turning)).for_each(|(sum, more)| *sum += more);
+    }
 }
 
 impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_, K, D, M> {
@@ -162,7 +174,7 @@ impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
         register: usize,
     ) {
         let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
-        let (y, weight) = load(simd, sum.nodes, register);
+        let (y, weight) = load(simd, &sum.nodes, register);
         let x = place.of(y);
         let field = sum.kernel.field(x);
         let (n, f) = field.bend(x);

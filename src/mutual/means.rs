@@ -17,8 +17,9 @@ use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{INTERLEAVED, Lanes, Total, splat_vector, total_vector};
-use crate::quadrature::Nodes;
+use crate::quadrature::{Nodes, Stretch};
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::AddAssign;
 
 /// Force and torques; `semi_axes` turn the nodes' coordinates into the body's canonical frame.
 pub(super) fn force_and_torque<const D: usize>(
@@ -29,7 +30,8 @@ pub(super) fn force_and_torque<const D: usize>(
     roles: &Roles,
 ) -> Balance {
     let axes = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
-    let sums = arch.dispatch(ForceSum::<_, D> { kernel, nodes, origin: roles.origin, axes });
+    let origin = roles.origin;
+    let sums = nodes.sum(|nodes| arch.dispatch(ForceSum::<_, D> { kernel, nodes, origin, axes }));
     Balance {
         force: sums.force,
         torque: (1..D).fold(axes[0].cross(&sums.moment[0]), |sum, k| sum + axes[k].cross(&sums.moment[k])),
@@ -46,12 +48,13 @@ pub(super) fn mean_potential<const D: usize>(
     roles: &Roles,
 ) -> f64 {
     let axes = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
-    arch.dispatch(PotentialSum::<_, D> { kernel, nodes, origin: roles.origin, axes })
+    let origin = roles.origin;
+    nodes.sum(|nodes| arch.dispatch(PotentialSum::<_, D> { kernel, nodes, origin, axes }))
 }
 
 struct ForceSum<'a, K, const D: usize> {
     kernel: K,
-    nodes: &'a Nodes,
+    nodes: Stretch<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -63,6 +66,14 @@ struct Sums<const D: usize> {
     moment: [Vec3; D],
     /// Mean of -x cross g.
     torque_field: Vec3,
+}
+
+impl<const D: usize> AddAssign for Sums<D> {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque_field += other.torque_field;
+        self.moment.iter_mut().zip(other.moment).for_each(|(sum, more)| *sum += more);
+    }
 }
 
 impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
@@ -105,7 +116,7 @@ impl<S: Simd, const D: usize> Running<S, D> {
     #[inline(always)]
     fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &ForceSum<'_, K, D>, register: usize) {
         let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
-        let (y, weight) = load(simd, sum.nodes, register);
+        let (y, weight) = load(simd, &sum.nodes, register);
         let x = place.of(y);
         let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
@@ -123,7 +134,7 @@ impl<S: Simd, const D: usize> Running<S, D> {
 
 struct PotentialSum<'a, K, const D: usize> {
     kernel: K,
-    nodes: &'a Nodes,
+    nodes: Stretch<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -133,9 +144,9 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let [u, v, w] = &self.nodes.points;
+        let [u, v, w] = self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let weights = Lanes::blocks(simd, self.nodes.weights);
         let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
@@ -149,7 +160,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
 #[inline(always)]
 pub(super) fn load<S: Simd, const N: usize>(
     simd: S,
-    nodes: &Nodes,
+    nodes: &Stretch<'_>,
     register: usize,
 ) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
     let from = register * S::F64_LANES;

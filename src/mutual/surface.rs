@@ -20,8 +20,9 @@ use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
-use crate::quadrature::Nodes;
+use crate::quadrature::{Nodes, Stretch};
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::AddAssign;
 
 /// Force and torques; `semi_axes` are those of the body that is integrated over.
 pub(super) fn force_and_torque(
@@ -31,7 +32,8 @@ pub(super) fn force_and_torque(
     semi_axes: [f64; 3],
     roles: &Roles,
 ) -> Balance {
-    let [monopole, excess] = arch.dispatch(MomentSum { kernel, nodes, semi_axes, roles });
+    let [monopole, excess] =
+        nodes.sum(|nodes| arch.dispatch(MomentSum { kernel, nodes, semi_axes, roles })).0;
     let [a, b, c] = semi_axes;
     let ratio = |x: f64, y: f64| (x - y) * (x + y) / (x * y);
     let lever = Vec3::new(ratio(b, c), ratio(c, a), ratio(a, b));
@@ -54,7 +56,7 @@ pub(super) fn mutual_potential(
     semi_axes: [f64; 3],
     roles: &Roles,
 ) -> f64 {
-    arch.dispatch(EnergySum { kernel, nodes, semi_axes, roles })
+    nodes.sum(|nodes| arch.dispatch(EnergySum { kernel, nodes, semi_axes, roles }))
 }
 
 /// A point of the surface: in the body's canonical frame, and from the field body's centre in the canonical frame of
@@ -142,7 +144,7 @@ impl<S: Simd> BeyondLinear<S> {
 
 struct MomentSum<'a, K> {
     kernel: K,
-    nodes: &'a Nodes,
+    nodes: Stretch<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }
@@ -153,15 +155,26 @@ struct Moments {
     second: Vec3,
 }
 
+/// Those of the monopole and of the rest.
+struct Parts([Moments; 2]);
+
+impl AddAssign for Parts {
+    fn add_assign(&mut self, other: Self) {
+        for (sum, more) in self.0.iter_mut().zip(other.0) {
+            sum.first += more.first;
+            sum.second += more.second;
+        }
+    }
+}
+
 impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
-    /// The means of the monopole and of the rest.
-    type Output = [Moments; 2];
+    type Output = Parts;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [Moments; 2] {
-        let [u, v, w] = &self.nodes.points;
+    fn with_simd<S: Simd>(self, simd: S) -> Parts {
+        let [u, v, w] = self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let weights = Lanes::blocks(simd, self.nodes.weights);
         let beyond_linear = BeyondLinear::new(simd, self.roles);
         let at_centre = splat_vector(simd, &self.roles.origin);
         let (excess_at_centre, _) = self.kernel.excess_potential(at_centre);
@@ -181,16 +194,16 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
                 }
             }
         }
-        [
+        Parts([
             Moments { first: total_vector(first[0]), second: total_vector(second[0]) },
             Moments { first: total_vector(first[1]), second: total_vector(second[1]) },
-        ]
+        ])
     }
 }
 
 struct EnergySum<'a, K> {
     kernel: K,
-    nodes: &'a Nodes,
+    nodes: Stretch<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }
@@ -200,9 +213,9 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let [u, v, w] = &self.nodes.points;
+        let [u, v, w] = self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, &self.nodes.weights);
+        let weights = Lanes::blocks(simd, self.nodes.weights);
         let splat = |v| Lanes::splat(simd, v);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {

@@ -13,4 +13,4 @@ pub use convergence::{
     Order, closest_confocal, focal_degrees, focal_distance, focal_vectors, guess_degree, layer_degree,
     surface_degree,
 };
-pub use nodes::Nodes;
+pub use nodes::{Nodes, Stretch};

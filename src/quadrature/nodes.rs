@@ -9,6 +9,7 @@ use crate::math::triangle::{self, TriangleNode};
 use gauss_quad::GaussLegendre;
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
+use std::ops::{AddAssign, Range};
 
 /// Points with weights that add up to one, stored by component and padded with weightless points to whole blocks.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +20,18 @@ pub struct Nodes {
     pub weights: Vec<f64>,
     count: usize,
 }
+
+/// Some of the nodes of a rule, in whole blocks.
+#[derive(Clone, Copy)]
+pub struct Stretch<'a> {
+    /// Coordinates.
+    pub points: [&'a [f64]; 3],
+    /// Weights.
+    pub weights: &'a [f64],
+}
+
+/// The most nodes that are summed one after the other.
+const LONGEST: usize = 64 * BLOCK;
 
 impl Nodes {
     /// Means over the unit sphere: Gauss-Legendre in z = cos(theta), the trapezoid rule in alpha.
@@ -101,6 +114,26 @@ impl Nodes {
     /// Where the n^2 points of a triangle's rule begin.
     pub fn triangle(n: usize) -> usize {
         (2..n).map(|m| (m * m).next_multiple_of(BLOCK)).sum()
+    }
+
+    /// A sum over the nodes, made of sums over stretches of them. A sum of many nearly equal terms loses digits in proportion to
+    /// their number, for they are all rounded to the same side.
+    #[inline(always)]
+    pub fn sum<T: AddAssign>(&self, over: impl Fn(Stretch<'_>) -> T) -> T {
+        let length = self.weights.len();
+        let mut sum = over(self.stretch(0..length.min(LONGEST)));
+        for from in (LONGEST..length).step_by(LONGEST) {
+            sum += over(self.stretch(from..length.min(from + LONGEST)));
+        }
+        sum
+    }
+
+    /// The nodes of a range, which ends between blocks.
+    #[inline(always)]
+    fn stretch(&self, range: Range<usize>) -> Stretch<'_> {
+        let [x, y, z] = &self.points;
+        let points = [&x[range.clone()], &y[range.clone()], &z[range.clone()]];
+        Stretch { points, weights: &self.weights[range] }
     }
 
     /// Number of points that carry weight.

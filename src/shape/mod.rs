@@ -33,7 +33,6 @@ pub use tree::{Block, Tree};
 
 use crate::error::{Error, Result, require_positive};
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
 use serde::{Deserialize, Serialize};
 
 /// The shape of a part. Described by its semi-axes, or vertices and faces; none for a point.
@@ -72,7 +71,7 @@ impl TryFrom<Description> for Shape {
             Description::Axes(semi_axes) => Self::try_from(semi_axes),
             Description::Mesh { vertices, faces } => {
                 let vertices: Vec<Vec3> = vertices.into_iter().map(Vec3::from).collect();
-                Ok(Self::Polyhedron(Polyhedron::new(&vertices, &faces, &mut Patience::endless())?))
+                Ok(Self::Polyhedron(Polyhedron::unchecked(&vertices, &faces)?))
             }
         }
     }

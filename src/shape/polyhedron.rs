@@ -11,7 +11,7 @@
 
 use super::distance::{between_triangles, point_to_triangle};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
-use super::mesh::{Edge, check, solid_angle};
+use super::mesh::{Edge, check, check_solid, solid_angle};
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result};
 use crate::math::harmonics::{self, WeightedHarmonics};
@@ -20,6 +20,7 @@ use crate::math::{Mat3, Vec3, monomials, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
 use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Highest degree of the monomials whose means are computed.
@@ -46,6 +47,8 @@ struct Solid {
     inertia: Vec3,
     circumradius: f64,
     frame: WorkingFrame,
+    /// Whether the faces are known to bound a solid.
+    checked: AtomicBool,
     /// The harmonic moments so far asked for.
     moments: Mutex<Arc<Vec<f64>>>,
     /// The means of monomials so far asked for.
@@ -66,7 +69,29 @@ impl Polyhedron {
     /// The surface has to be closed, each edge shared by two faces, with no face doubled, without an area or crossing another.
     /// Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
     pub fn new(given: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Self> {
-        let edges = check(given, faces, patience)?;
+        let edges = check(given, faces)?;
+        check_solid(given, faces, &edges, patience)?;
+        let polyhedron = Self::from_edges(given, faces, edges)?;
+        polyhedron.solid.checked.store(true, Ordering::Relaxed);
+        Ok(polyhedron)
+    }
+
+    /// The same from a description, in which nobody can be asked whether to go on: [`Self::check`] does what takes long, before the
+    /// polyhedron is used.
+    pub(super) fn unchecked(given: &[Vec3], faces: &[[u32; 3]]) -> Result<Self> {
+        Self::from_edges(given, faces, check(given, faces)?)
+    }
+
+    /// Whether the faces bound a solid, where that is not yet known.
+    pub fn check(&self, patience: &mut Patience) -> Result<()> {
+        if !self.solid.checked.load(Ordering::Relaxed) {
+            check_solid(&self.solid.given, &self.solid.faces, &self.solid.edges, patience)?;
+            self.solid.checked.store(true, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    fn from_edges(given: &[Vec3], faces: &[[u32; 3]], edges: Vec<Edge>) -> Result<Self> {
         let middle = given.iter().sum::<Vec3>() / given.len() as f64;
         let vertices: Vec<Vec3> = given.iter().map(|v| v - middle).collect();
         let (volume, first, _) = sums(&vertices, faces);
@@ -96,6 +121,7 @@ impl Polyhedron {
             edges,
             volume,
             vertices,
+            checked: AtomicBool::new(false),
             moments: Mutex::default(),
             monomials: Mutex::default(),
         };

@@ -39,11 +39,49 @@ def locked(ellipsoids):
 
 
 @pytest.fixture(scope="session")
-def draft(tmp_path_factory):
-    """A draft of the report on Ho et al. (2021)."""
-    from reproduction.ho2021.page import write_report
+def searches():
+    """What searches for a mean period have found, by all that they depend on."""
+    return {}
 
-    return write_report(tmp_path_factory.mktemp("report"), draft=True)
+
+@pytest.fixture
+def each_search_once(searches, monkeypatch):
+    """A ready-made system in another frame or in other units needs no other search for its start."""
+    from fullbody.setups import mean_period
+
+    def remembered(system, period, start, locked):
+        plain = {name: value for name, value in system._describe().items() if name not in ("epoch", "frame")}
+        first = start(period)
+        arrays = (first.position, first.velocity, first.attitude, first.spin)
+        key = repr((plain, period, locked, *(array.tolist() for array in arrays)))
+        if key not in searches:
+            searches[key] = mean_period.start_with_period(system, period, start, locked)
+        return searches[key]
+
+    monkeypatch.setattr("fullbody.setups.binary.start_with_period", remembered)
+
+
+@pytest.fixture(scope="session")
+def drafted(tmp_path_factory):
+    """A draft of the report on Ho et al. (2021), and the results that are in it."""
+    from reproduction.ho2021 import page
+
+    compute, found = page.compute, []
+
+    def keep(**options):
+        found.append(compute(**options))
+        return found[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "compute", keep)
+        report = page.write_report(tmp_path_factory.mktemp("report"), draft=True)
+    return report, found[0]
+
+
+@pytest.fixture(scope="session")
+def draft(drafted):
+    """The draft alone."""
+    return drafted[0]
 
 
 @pytest.fixture(scope="session")

@@ -91,11 +91,11 @@ def test_points_walk_at_random():
 
 
 def test_the_default_drifts():
-    errors, left = walks(ellipses(4), fullbody.Verner98(), 1e5)
+    errors, left = walks(ellipses(4), fullbody.Verner98(), 2e4)
     assert exponent(errors) == pytest.approx(1.0, abs=0.1)
     assert rms(errors[:, -1]) > 300.0 * left
     # What each step errs goes with the tolerance: it is the method's own error.
-    tighter, _ = walks(ellipses(4), fullbody.Verner98(1e-14, 1e-14), 1e5)
+    tighter, _ = walks(ellipses(4), fullbody.Verner98(1e-14, 1e-14), 2e4)
     assert np.median(errors[:, -1] / tighter[:, -1]) == pytest.approx(10 ** (10 / 9), rel=0.3)
 
 

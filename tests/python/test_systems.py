@@ -10,6 +10,8 @@ from astropy.time import Time
 from fullbody import systems
 from support import ready
 
+pytestmark = pytest.mark.usefixtures("each_search_once")
+
 PUBLISHED = [
     "antiope",
     "didymos",

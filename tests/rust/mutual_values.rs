@@ -110,6 +110,35 @@ fn hard_shapes_by_both_rules() {
     }
 }
 
+#[test]
+fn long_rules_lose_no_digits() {
+    // Added one to the other, tens of thousands of nearly equal terms are all rounded to one side.
+    let towards =
+        pose(Vec3::new(0.6, -0.48, 0.64), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
+    for (a, b) in [([1.0, 0.8, 0.5], [0.9, 0.6, 0.55]), ([1.0, 0.02, 1.0], [0.02, 1.0, 0.02])] {
+        let bodies = Bodies { a, b };
+        for factor in [3.0, 30.0] {
+            let pose = bodies.apart(&towards, factor);
+            for (method, order) in
+                [(Method::Focal, Order::focal([400; 2])), (Method::Surface, Order::surface(240))]
+            {
+                let short = bodies.best(method, &pose);
+                for path in VectorPath::available() {
+                    let long = run(bodies.shapes(), method, 1e-15, Some(order), path, &pose).unwrap();
+                    assert!(long.nodes > 25_000 && short.nodes < 5_000, "{} and {}", long.nodes, short.nodes);
+                    same(
+                        &long,
+                        &short,
+                        1.0,
+                        4e-15,
+                        &format!("{method} {path:?}, {a:?} and {b:?} at {factor}"),
+                    );
+                }
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(cases(60))]
 

@@ -1,5 +1,7 @@
 //! Polyhedra against closed forms, exact integrals and independent formulas.
 
+use crate::support::refusal;
+use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::Error;
 use fullbody::gravity::{Anywhere, Facets, Layer, LayerPull};
 use fullbody::math::harmonics::{count, place};
@@ -7,7 +9,7 @@ use fullbody::math::lanes::{Lanes, VectorPath};
 use fullbody::math::logarithm::{angle, ln_one_plus};
 use fullbody::math::{Mat3, Vec3, triangle};
 use fullbody::patience::Patience;
-use fullbody::shape::{Polyhedron, Shape, gap_between};
+use fullbody::shape::{Body, Polyhedron, Shape, gap_between};
 use pulp::{Arch, Scalar};
 
 /// A box of these sides from a corner.
@@ -296,6 +298,15 @@ fn bad_meshes_name_the_face() {
     let mut crossing = cube.clone();
     crossing[7] = Vec3::new(0.5, 0.5, -0.5);
     refused(&crossing, &CUBE, "", "crossing or touching face");
+    // A description is looked into before the shape is used.
+    let corners: Vec<[f64; 3]> = crossing.iter().map(|&v| v.into()).collect();
+    let described = serde_json::json!({ "vertices": corners, "faces": CUBE });
+    let body = Body::with_mass("A", serde_json::from_value(described).unwrap(), 1.0).unwrap();
+    let system = System::new(vec![body], 1.0, Settings::default()).unwrap();
+    let [still, there] = [vec![Vec3::zeros()], vec![[1.0, 0.0, 0.0, 0.0]]];
+    let state = State::new(0.0, still.clone(), still.clone(), there, still).unwrap();
+    let used = system.interactions(&state, &mut Patience::endless());
+    assert!(refusal(used).contains("crossing or touching face"));
     // Two cubes that share space; one within another one that is not a hollow.
     let shifted = |d: f64, size: f64| cube.iter().map(move |v| v * size + Vec3::repeat(d));
     let both = |d: f64, size: f64| cube.iter().copied().chain(shifted(d, size)).collect::<Vec<_>>();

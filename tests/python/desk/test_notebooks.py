@@ -52,11 +52,13 @@ def test_runs(path, tmp_path, kernel):
     notebook = nbformat.read(path, as_version=4)
     kept = [kinds(cell) for cell in code(notebook)]
     # Of the notebook before nothing is left but what it has imported.
-    fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f"
+    fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f -s"
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
-    # What would take minutes is run small: a cell may say how, in place of what it says to the reader.
+    # What takes long is run small: a cell may say what stands in place of what it says to the reader.
     for cell in code(notebook):
-        cell.source += "\n" + cell.metadata.get("small", "")
+        for said, small in cell.metadata.get("small", {}).items():
+            assert said in cell.source
+            cell.source = cell.source.replace(said, small)
     kernel.nb = notebook
     for index, cell in enumerate(notebook.cells):
         kernel.execute_cell(cell, index)

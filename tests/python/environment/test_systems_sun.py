@@ -8,6 +8,8 @@ from astropy import units as u
 from fullbody import forces, systems
 from support import ready
 
+pytestmark = pytest.mark.usefixtures("each_search_once")
+
 AU = 149597870.7
 BINARIES = ("didymos", "didymos_after_dart", "dinkinesh", "fg3_1996", "patroclus_menoetius", "antiope", "sn263_2001")
 

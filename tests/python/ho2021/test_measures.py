@@ -74,8 +74,9 @@ def test_node_goes_round_as_the_quadrupole_says(inclination):
     assert found == pytest.approx(2 * np.pi / rate, rel=0.06)
 
 
-def test_physical_states():
-    motions, runs = physical.motions()
+def test_physical_states(drafted):
+    _, results = drafted
+    motions, runs = results.physical, results.runs.physical
     assert motions["relaxed"].libration < 0.5 < motions["nominal"].libration < motions["excited"].libration
     assert motions["excited"].e[1] > paper.EXCITED_E
     assert np.isnan(motions[physical.PAPER].libration)

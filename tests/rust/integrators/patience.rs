@@ -278,6 +278,21 @@ fn moments_of_a_large_polyhedron() {
     }
 }
 
+/// Whether an archive's polyhedra are solids is looked into once more when they are read.
+#[test]
+fn reading_a_large_polyhedron() {
+    let body = |name, shape| Body::with_mass(name, shape, 1.0).unwrap();
+    let bodies = vec![body("A", Shape::Polyhedron(cube(5))), body("B", Shape::Point)];
+    let settings = Settings { gravity: Method::Point, ..Settings::default() };
+    let state = relative(Vec3::new(3.0, 0.1, 0.2), Vec3::zeros(), 0.5);
+    let simulation =
+        Simulation::new(&System::new(bodies, 1.0, settings).unwrap(), &state, verner98(1e-3)).unwrap();
+    let bytes = simulation.to_bytes().unwrap();
+    interrupted(impatient(|patience| Simulation::from_bytes(&bytes, patience)));
+    let read = Simulation::from_bytes(&bytes, &mut Patience::endless()).unwrap();
+    assert_eq!(read.setup(), simulation.setup());
+}
+
 /// Whether bodies have met in a step is asked of every pair: of 51,040 spheres, and of no points.
 #[test]
 fn watching_for_contact() {
