@@ -39,8 +39,10 @@ impl Jacobi {
                 let (difference, error) = two_sum(high, -centre);
                 let vector = difference + (error + (low - tail));
                 vectors[body][c] = vector;
-                let (sum, error) = two_sum(centre, self.shares[body] * vector);
-                (centre, tail) = (sum, tail + error);
+                if body + 1 < vectors.len() {
+                    let (sum, error) = two_sum(centre, self.shares[body] * vector);
+                    (centre, tail) = (sum, tail + error);
+                }
             }
         }
     }

@@ -53,6 +53,8 @@ pub struct Splitting {
     change: Vec<f64>,
     /// How much of the step the drifts have covered.
     covered: f64,
+    /// Units of work of turning each body through the step, for [`Patience`].
+    work: Vec<u64>,
     /// Velocities and spins in the middle of a kick, for the books.
     middle: [Vec<Vec3>; 2],
 }
@@ -93,6 +95,7 @@ impl Splitting {
             step: 0.0,
             change: vec![0.0; dynamics.layout().departure()],
             covered: 0.0,
+            work: vec![0; n],
             middle: [zeros.clone(), zeros],
         })
     }
@@ -139,9 +142,15 @@ impl Splitting {
     }
 
     /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
-    pub fn begin(&mut self, dynamics: &Dynamics, time: f64, step: f64) {
+    pub fn begin(&mut self, dynamics: &Dynamics, time: f64, y: &[f64], step: f64) {
+        let layout = dynamics.layout();
         (self.time, self.step, self.covered) = (time, step, 0.0);
-        self.loaded &= dynamics.layout().forces == 0;
+        self.loaded &= layout.forces == 0;
+        for (body, work) in self.work.iter_mut().enumerate() {
+            let angle = (2.0 * vector(y, layout.spin(body)).amax() * step).abs();
+            // Too large a number counts as the limit, and so does NaN.
+            *work = (ROTATION * (1.0 + angle.min(FARTHEST))) as u64;
+        }
     }
 
     /// The large part.
@@ -216,11 +225,7 @@ impl Splitting {
             let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
             let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
             let inertia = self.inertia[body];
-            // Too large a number counts as the limit, and so does NaN.
-            patience.spend(
-                (ROTATION * (1.0 + (2.0 * spin.amax() * size).abs().min(FARTHEST))) as u64,
-                self.time,
-            )?;
+            patience.spend(self.work[body], self.time)?;
             let turn = match self.parts {
                 Parts::Kepler => self.tops[body].turn(q, spin, size),
                 Parts::Free => variational_rotation(inertia, q, spin, size),
@@ -375,7 +380,10 @@ impl Splitting {
 fn add_all(high: &mut [f64], low: &mut [f64], changes: &[f64]) {
     for ((high, low), change) in high.iter_mut().zip(low).zip(changes) {
         let (sum, error) = two_sum(*high, *change);
-        (*high, *low) = two_sum(sum, error + *low);
+        let tail = error + *low;
+        // The tail is the smaller one.
+        *high = sum + tail;
+        *low = tail - (*high - sum);
     }
 }
 
