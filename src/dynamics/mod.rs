@@ -5,6 +5,7 @@
 //! quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to `eq:DiffEq_psi`) for the attitudes.
 
 mod departure;
+mod discrete_rotor;
 mod equations;
 mod invariants;
 mod jacobi;
@@ -23,6 +24,7 @@ mod variations;
 mod vector;
 
 pub use departure::DEPARTURE;
+pub use discrete_rotor::variational_rotation;
 pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};
 pub use jacobian::SystemJacobian;
@@ -30,7 +32,7 @@ pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use parameter::Parameter;
 pub use quadrature::{Quadrature, QuadratureRule};
 pub use rejected::Rejected;
-pub use rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
+pub use rotor::{FARTHEST, Top, farthest_turn};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};

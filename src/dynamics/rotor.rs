@@ -1,40 +1,25 @@
-//! A rigid body that turns freely: exactly, and by the discrete law of the Lie group variational integrator.
+//! A rigid body that turns freely.
 //!
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin, so that a caller who keeps low
 //! parts loses nothing of them.
 
+use crate::math::Vec3;
 use crate::math::rotation::product;
 use crate::math::stumpff::{REACH, stumpff};
-use crate::math::{Mat3, Vec3};
 
-type Quaternion = [f64; 4];
+pub(super) type Quaternion = [f64; 4];
 
-/// Sine and cosine.
-#[inline]
-fn sine_and_cosine(angle: f64) -> (f64, f64) {
-    let square = angle * angle;
+/// cos a - 1 and sin a / a of a^2.
+#[inline(always)]
+fn less_one(square: f64) -> (f64, f64) {
     if square <= REACH {
         let [c2, c3] = stumpff(square);
-        (angle - angle * square * c3, 1.0 - square * c2)
+        (-square * c2, 1.0 - square * c3)
     } else {
-        angle.sin_cos()
-    }
-}
-
-/// The unit quaternion of a rotation vector, less one.
-#[inline]
-fn turn_less_one(turn: Vec3) -> Quaternion {
-    // Of the half angle.
-    let square = 0.25 * turn.norm_squared();
-    let (less, scale) = if square <= REACH {
-        let [c2, c3] = stumpff(square);
-        (-square * c2, 0.5 - 0.5 * square * c3)
-    } else {
-        let angle = 2.0 * square.sqrt();
-        let (sine, cosine) = (0.25 * angle).sin_cos();
+        let angle = square.sqrt();
+        let (sine, cosine) = (0.5 * angle).sin_cos();
         (-2.0 * sine * sine, 2.0 * sine * cosine / angle)
-    };
-    [less, scale * turn.x, scale * turn.y, scale * turn.z]
+    }
 }
 
 /// The product of two quaternions, each of them given less one and so the result.
@@ -82,7 +67,7 @@ impl Top {
     ///
     /// Two rotations for a body with two equal moments; for any other see `Triaxial`, and `None` where it turns farther than
     /// [`FARTHEST`].
-    #[inline]
+    #[inline(always)]
     pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
         match &self.kind {
             Kind::Symmetric(axis, ratio) => Some(symmetric(*axis, *ratio, q, spin, time)),
@@ -115,20 +100,42 @@ pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
 }
 
 /// About the angular momentum at |L|/I, then about the symmetry axis.
+#[inline(always)]
 fn symmetric(axis: usize, ratio: f64, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion, Vec3) {
-    let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-    let mut about_momentum = spin;
-    about_momentum[axis] *= ratio;
-    let mut about_axis = Vec3::zeros();
-    about_axis[axis] = (1.0 - ratio) * spin[axis];
-    let (first, second) = (turn_less_one(about_momentum * time), turn_less_one(about_axis * time));
+    let [along, j, k] = from_axis(axis, spin.into());
+    let half = 0.5 * time;
+    let (x, y, z) = (ratio * along * half, j * half, k * half);
+    let (less, scale) = less_one(x * x + y * y + z * z);
+    let (x, y, z) = (scale * x, scale * y, scale * z);
+    let own = (1.0 - ratio) * along * half;
+    let (own_less, scale) = less_one(own * own);
+    let own_sine = scale * own;
+    let turned = [
+        less + own_less + (less * own_less - x * own_sine),
+        x + own_sine + (x * own_less + less * own_sine),
+        y + (y * own_less + z * own_sine),
+        z + (z * own_less - y * own_sine),
+    ];
     // The spin's other two components turn the other way, by twice the half angle of that quaternion.
-    let (half_sine, half_cosine) = (second[axis + 1], 1.0 + second[0]);
-    let (less, sine) = (-2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine);
-    let mut change = Vec3::zeros();
-    change[j] = less * spin[j] + sine * spin[k];
-    change[k] = less * spin[k] - sine * spin[j];
-    (product(q, product_less_one(first, second)), change)
+    let (less, sine) = (-2.0 * own_sine * own_sine, 2.0 * own_sine * (1.0 + own_less));
+    (onto(axis, q, turned), Vec3::from(from_axis(3 - axis, [0.0, less * j + sine * k, less * k - sine * j])))
+}
+
+/// The change of an attitude by a turn, less one, that is given from an axis on.
+#[inline(always)]
+fn onto(axis: usize, q: Quaternion, [less, x, y, z]: Quaternion) -> Quaternion {
+    let [x, y, z] = from_axis(3 - axis, [x, y, z]);
+    product(q, [less, x, y, z])
+}
+
+/// Components from an axis on.
+#[inline(always)]
+fn from_axis(axis: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    match axis {
+        1 => [y, z, x],
+        2 => [z, x, y],
+        _ => [x, y, z],
+    }
 }
 
 /// Euler's top in closed form, from the middle of its way.
@@ -140,10 +147,10 @@ fn symmetric(axis: usize, ratio: f64, q: Quaternion, spin: Vec3, time: f64) -> (
 ///
 /// The addition theorem gives the spin u in the middle, and the change of spin as a product:
 ///
-///   u = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c) / (1 - r_2 r_3 w_1^2 s^2),
-///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) / (1 - r_2 r_3 u_1^2 s^2).
+///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),  f = 1 - r_2 r_3 w_1^2 s^2,
+///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
 ///
-/// The quaternion of the turn is that of a discrete top (see [`variational_rotation`]) whose moments depend on the energy T, the
+/// The quaternion of the turn is that of a discrete top (see [`super::variational_rotation`]) whose moments depend on the energy T, the
 /// angular momentum L and the time alone: Hairer & Vilmart (2006), J. Phys. A 39, 13225. So it suffices to know its angle where
 /// u_1 = 0. With N = I_1^2 r_1^2 a_2^2 a_3^2 / L^2 half of that is
 ///
@@ -201,7 +208,7 @@ impl Triaxial {
     }
 
     /// `inertia` are the moments as they were given.
-    #[inline]
+    #[inline(always)]
     fn turn(&self, q: Quaternion, spin: Vec3, time: f64, inertia: Vec3) -> Option<(Quaternion, Vec3)> {
         let half = 0.5 * time;
         let w = from_axis(self.axis, (spin * half).into());
@@ -219,13 +226,11 @@ impl Triaxial {
         let (turned, change) =
             if fast[0] + fast[1] <= SHORT { self.piece(whole) } else { self.pieces(whole) };
         let inverse = if half == 0.0 { 0.0 } else { 1.0 / half };
-        let back = 3 - self.axis;
-        let [less, x, y, z] = turned;
-        let [x, y, z] = from_axis(back, [x, y, z]);
-        Some((product(q, [less, x, y, z]), Vec3::from(from_axis(back, change)) * inverse))
+        Some((onto(self.axis, q, turned), Vec3::from(from_axis(3 - self.axis, change)) * inverse))
     }
 
     /// The turn, less one, and the change of the spin, in pieces.
+    #[inline(never)]
     fn pieces(&self, whole: Turning) -> (Quaternion, [f64; 3]) {
         let count = ((whole.fast[0] + whole.fast[1]) / SHORT).sqrt().ceil();
         let share = 1.0 / count;
@@ -241,10 +246,12 @@ impl Triaxial {
     }
 
     /// The same at once.
-    #[inline]
+    #[inline(always)]
     fn piece(&self, whole: Turning) -> (Quaternion, [f64; 3]) {
         let ([i1, i2, i3], [r1, r2, r3]) = (self.inertia, self.rate);
         let Turning { spin: w, fast: [x, z], square } = whole;
+        // Without a spin the turn is then none.
+        let square = square.max(f64::MIN_POSITIVE / f64::EPSILON);
         let (sum, product) = (x + z, x * z);
         let s = sine(sum, product);
         let s2 = s * s;
@@ -252,52 +259,43 @@ impl Triaxial {
         let cd = c * d;
         let [w11, w22, w33] = w.map(|w| w * w);
         let r23 = self.product[0] * s2;
-        let inverse = 1.0 / (1.0 - r23 * w11);
+        let facing = 1.0 - r23 * w11;
         let u = [
-            (w[0] * cd + r1 * s * (w[1] * w[2])) * inverse,
-            (w[1] * c + r2 * s * d * (w[2] * w[0])) * inverse,
-            (w[2] * d + r3 * s * c * (w[0] * w[1])) * inverse,
+            w[0] * cd + r1 * s * (w[1] * w[2]),
+            w[1] * c + r2 * s * d * (w[2] * w[0]),
+            w[2] * d + r3 * s * c * (w[0] * w[1]),
         ];
-        let facing = 1.0 / (1.0 - r23 * (u[0] * u[0]));
-        let twice = 2.0 * s * facing;
-        let change =
-            [twice * r1 * (u[1] * u[2]), twice * r2 * d * (u[2] * u[0]), twice * r3 * c * (u[0] * u[1])];
-        if square < f64::MIN_POSITIVE / f64::EPSILON {
-            // So small a turn is its rotation vector.
-            return ([0.0, u[0], u[1], u[2]], change);
-        }
-        let energy = i1 * w11 + i2 * w22 + i3 * w33;
         let by_square = 1.0 / square;
         let by_momentum = square.sqrt() * by_square;
         let n = self.scale * product * by_square * s2;
+        let along = 1.0 - n;
+        // One division for three: by g, by g (1 - n) and by c d.
+        let g = facing * facing - r23 * (u[0] * u[0]);
+        let both = g * along;
+        let inverse = 1.0 / (both * cd);
+        let (by_both, by_cd) = (inverse * cd, inverse * both);
+        let twice = 2.0 * s * (by_both * along);
+        let change =
+            [twice * r1 * (u[1] * u[2]), twice * r2 * d * (u[2] * u[0]), twice * r3 * c * (u[0] * u[1])];
+        let energy = i1 * w11 + i2 * w22 + i3 * w33;
         // L^2 - 2 T I_1 without its cancellation.
         let off = i2 * i3 * (r2 * w33 - r3 * w22);
         let phi =
             (energy - off * self.inverse * (n * s * third(n, sum * s2, product * s2 * s2))) * by_momentum;
-        let (sine, cosine) = sine_and_cosine(phi);
-        let along = 1.0 - n;
-        let scale = (facing / along).sqrt();
-        let (sine, slope) = (sine * by_momentum, cosine * s / cd);
+        let (less, sine) = less_one(phi * phi);
+        let cosine = 1.0 + less;
+        let (sine, slope) = (phi * sine * by_momentum, cosine * s * by_cd);
         let mean = energy * by_square - n * self.inverse;
+        let root = by_both.sqrt();
         let p = [
-            scale * cd * u[0] * (i1 * sine + slope * (off * by_square)),
-            scale * c * u[1] * (i2 * sine + slope * (along - i2 * mean)),
-            scale * d * u[2] * (i3 * sine + slope * (along - i3 * mean)),
+            root * cd * u[0] * (i1 * sine + slope * (off * by_square)),
+            root * c * u[1] * (i2 * sine + slope * (along - i2 * mean)),
+            root * d * u[2] * (i3 * sine + slope * (along - i3 * mean)),
         ];
-        let whole = cosine * along * scale;
+        let whole = cosine * along * facing * root;
         let way = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
         let less = if whole > 0.0 { -way / (1.0 + whole) } else { whole - 1.0 };
         ([less, p[0], p[1], p[2]], change)
-    }
-}
-
-/// Components from an axis on.
-#[inline(always)]
-fn from_axis(axis: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    match axis {
-        1 => [y, z, x],
-        2 => [z, x, y],
-        _ => [x, y, z],
     }
 }
 
@@ -328,106 +326,4 @@ fn third(n: f64, p: f64, q: f64) -> f64 {
     (1.0 / 3.0 + c1 * (1.0 / 5.0))
         + (c2 * (1.0 / 7.0) + c3 * (1.0 / 9.0))
         + (c4 * (1.0 / 11.0) + c5 * (1.0 / 13.0))
-}
-
-/// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
-/// Mech. Engrg. 196, 2907.
-///
-/// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 - |p|^2), p) it reads
-/// p_0 J p + p x J p = h J spin / 2. `None` where the step is too long for a solution.
-pub fn variational_rotation(
-    inertia: Vec3,
-    q: Quaternion,
-    spin: Vec3,
-    time: f64,
-) -> Option<(Quaternion, Vec3)> {
-    if inertia.min() <= 0.0 {
-        return Top::new(inertia).turn(q, spin, time);
-    }
-    let p = half_turn(inertia, spin, time)?;
-    let scalar = (1.0 - p.norm_squared()).sqrt();
-    let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
-    // F^T (J spin) - J spin.
-    let across = p.cross(&inertia.component_mul(&spin));
-    let change = 2.0 * (p.cross(&across) - scalar * across);
-    scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
-}
-
-/// The vector part p of the discrete rotation's quaternion.
-fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
-    let target = 0.5 * time * inertia.component_mul(&spin);
-    let mut p = 0.5 * time * spin;
-    if p.norm() >= 1.0 {
-        return None;
-    }
-    let mut last = f64::INFINITY;
-    for _ in 0..50 {
-        if p.norm_squared() >= 1.0 {
-            return None;
-        }
-        let scalar = (1.0 - p.norm_squared()).sqrt();
-        let jp = inertia.component_mul(&p);
-        let residual = scalar * jp + p.cross(&jp) - target;
-        let step = slope_of_half_turn(inertia, &p).lu().solve(&residual)?;
-        p -= step;
-        let size = step.norm();
-        // To round-off: on until the steps no longer shrink.
-        if size == 0.0 || (size >= 0.5 * last && size < 1e-12) {
-            return Some(p);
-        }
-        last = size;
-    }
-    None
-}
-
-/// The derivative of p_0 J p + p x J p with p.
-fn slope_of_half_turn(inertia: Vec3, p: &Vec3) -> Mat3 {
-    let scalar = (1.0 - p.norm_squared()).sqrt();
-    let jp = inertia.component_mul(p);
-    Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
-        + p.cross_matrix() * Mat3::from_diagonal(&inertia)
-        - jp.cross_matrix()
-}
-
-/// The derivative of the discrete rotation: theta' = F^T theta + xi, with xi and the change of the new spin linear in that of the old
-/// one and in that of the moments.
-#[derive(Debug, Clone, Copy)]
-pub struct RotationSlopes {
-    /// F^T.
-    pub back: Mat3,
-    /// xi with the spin, and with the moments.
-    pub turn: [Mat3; 2],
-    /// The new spin with these.
-    pub spin: [Mat3; 2],
-}
-
-impl RotationSlopes {
-    /// Of a step of [`variational_rotation`]; `None` where that is.
-    pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
-        if inertia.min() <= 0.0 {
-            let zero = Mat3::zeros();
-            let keep = [Mat3::identity(), zero];
-            return Some(Self { back: Mat3::identity(), turn: [Mat3::identity() * time, zero], spin: keep });
-        }
-        let p = half_turn(inertia, spin, time)?;
-        let scalar = (1.0 - p.norm_squared()).sqrt();
-        let slope = slope_of_half_turn(inertia, &p).try_inverse()?;
-        let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
-        let by_spin = slope * moments * (0.5 * time);
-        let by_moments = slope
-            * (Mat3::from_diagonal(&spin) * (0.5 * time)
-                - (Mat3::identity() * scalar + across) * Mat3::from_diagonal(&p));
-        let xi = 2.0 * (Mat3::identity() * scalar + p * p.transpose() / scalar - across);
-        let turn = [xi * by_spin, xi * by_moments];
-        let back = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
-        let momentum = back * inertia.component_mul(&spin);
-        let new_spin = momentum.component_div(&inertia);
-        let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
-        let moved = momentum.cross_matrix();
-        let spins = [
-            inverse * (back * moments + moved * turn[0]),
-            inverse * (back * Mat3::from_diagonal(&spin) + moved * turn[1] - Mat3::from_diagonal(&new_spin)),
-        ];
-        Some(Self { back, turn, spin: spins })
-    }
 }
