@@ -164,8 +164,9 @@ struct Triaxial {
     axis: usize,
     /// The moments from it on, in units of the largest one.
     inertia: [f64; 3],
-    /// The r_i, and r_2 r_3, -r_1 r_2 and -r_1 r_3, all above zero.
+    /// The r_i.
     rate: [f64; 3],
+    /// r_2 r_3, -r_1 r_2 and -r_1 r_3, which are above zero.
     product: [f64; 3],
     /// I_1^2/(r_2 r_3), and 1/I_1.
     scale: f64,
@@ -177,7 +178,7 @@ struct Triaxial {
 /// The largest x + z. The first terms that the series leave out are then below 1e-17 of their sums.
 const SHORT: f64 = 0.004;
 
-/// What stays while a body turns freely, and the spin, in a unit of time.
+/// The spin, and what stays while a body turns freely. Half the time is the unit.
 #[derive(Clone, Copy)]
 struct Turning {
     spin: [f64; 3],
@@ -217,10 +218,12 @@ impl Triaxial {
         let fast = [first + self.product[1] * squares[2], first + self.product[2] * squares[1]];
         let mut square = 0.0;
         (0..3).for_each(|i| square += self.inertia[i] * self.inertia[i] * squares[i]);
-        // What is too large may be so by a loose bound; NaN is refused.
-        let near = 4.0 * square * self.spread <= FEW * FEW;
-        if !near && !(farthest_turn(inertia, spin, time) <= FARTHEST) {
-            return None;
+        // What is too large for it may be so by a loose bound.
+        if 4.0 * square * self.spread > FEW * FEW || square.is_nan() {
+            let angle = farthest_turn(inertia, spin, time);
+            if angle.is_nan() || angle > FARTHEST {
+                return None;
+            }
         }
         let whole = Turning { spin: w, fast, square };
         let (turned, change) =
