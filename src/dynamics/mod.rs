@@ -6,6 +6,7 @@
 
 mod collocation;
 mod departure;
+mod discrete_rotor;
 mod equations;
 mod invariants;
 mod jacobi;
@@ -26,6 +27,7 @@ mod vector;
 
 pub use collocation::Collocation;
 pub use departure::DEPARTURE;
+pub use discrete_rotor::variational_rotation;
 pub use equations::Dynamics;
 pub use invariants::{Energy, Invariants};
 pub use jacobian::SystemJacobian;
@@ -33,7 +35,7 @@ pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use parameter::Parameter;
 pub use quadrature::{Quadrature, QuadratureRule};
 pub use rejected::Rejected;
-pub use rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
+pub use rotor::{FARTHEST, Top, farthest_turn};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};

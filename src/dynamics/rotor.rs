@@ -1,28 +1,25 @@
-//! A rigid body that turns freely: exactly, and by the discrete law of the Lie group variational integrator.
+//! A rigid body that turns freely.
 //!
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin, so that a caller who keeps low
 //! parts loses nothing of them.
 
+use crate::math::Vec3;
 use crate::math::rotation::product;
 use crate::math::stumpff::{REACH, stumpff};
-use crate::math::{Mat3, Vec3};
 
-type Quaternion = [f64; 4];
+pub(super) type Quaternion = [f64; 4];
 
-/// The unit quaternion of a rotation vector, less one.
-#[inline]
-fn turn_less_one(turn: Vec3) -> Quaternion {
-    // Of the half angle.
-    let square = 0.25 * turn.norm_squared();
-    let (less, scale) = if square <= REACH {
+/// cos a - 1 and sin a / a of a^2.
+#[inline(always)]
+fn less_one(square: f64) -> (f64, f64) {
+    if square <= REACH {
         let [c2, c3] = stumpff(square);
-        (-square * c2, 0.5 - 0.5 * square * c3)
+        (-square * c2, 1.0 - square * c3)
     } else {
-        let angle = 2.0 * square.sqrt();
-        let (sine, cosine) = (0.25 * angle).sin_cos();
+        let angle = square.sqrt();
+        let (sine, cosine) = (0.5 * angle).sin_cos();
         (-2.0 * sine * sine, 2.0 * sine * cosine / angle)
-    };
-    [less, scale * turn.x, scale * turn.y, scale * turn.z]
+    }
 }
 
 /// The product of two quaternions, each of them given less one and so the result.
@@ -70,16 +67,11 @@ impl Top {
     ///
     /// Two rotations for a body with two equal moments; for any other see `Triaxial`, and `None` where it turns farther than
     /// [`FARTHEST`].
-    #[inline]
+    #[inline(always)]
     pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
         match &self.kind {
             Kind::Symmetric(axis, ratio) => Some(symmetric(*axis, *ratio, q, spin, time)),
-            Kind::Triaxial(top) => {
-                let angle = self.inertia.component_mul(&spin).norm() * top.inverse_least * time.abs();
-                // What is too large for it may be so by a loose bound.
-                let angle = if angle <= FEW { angle } else { farthest_turn(self.inertia, spin, time) };
-                top.turn(q, spin, time, angle)
-            }
+            Kind::Triaxial(top) => top.turn(q, spin, time, self.inertia),
         }
     }
 }
@@ -108,319 +100,233 @@ pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
 }
 
 /// About the angular momentum at |L|/I, then about the symmetry axis.
+#[inline(always)]
 fn symmetric(axis: usize, ratio: f64, q: Quaternion, spin: Vec3, time: f64) -> (Quaternion, Vec3) {
-    let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-    let mut about_momentum = spin;
-    about_momentum[axis] *= ratio;
-    let mut about_axis = Vec3::zeros();
-    about_axis[axis] = (1.0 - ratio) * spin[axis];
-    let (first, second) = (turn_less_one(about_momentum * time), turn_less_one(about_axis * time));
+    let [along, j, k] = from_axis(axis, spin.into());
+    let half = 0.5 * time;
+    let (x, y, z) = (ratio * along * half, j * half, k * half);
+    let (less, scale) = less_one(x * x + y * y + z * z);
+    let (x, y, z) = (scale * x, scale * y, scale * z);
+    let own = (1.0 - ratio) * along * half;
+    let (own_less, scale) = less_one(own * own);
+    let own_sine = scale * own;
+    let turned = [
+        less + own_less + (less * own_less - x * own_sine),
+        x + own_sine + (x * own_less + less * own_sine),
+        y + (y * own_less + z * own_sine),
+        z + (z * own_less - y * own_sine),
+    ];
     // The spin's other two components turn the other way, by twice the half angle of that quaternion.
-    let (half_sine, half_cosine) = (second[axis + 1], 1.0 + second[0]);
-    let (less, sine) = (-2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine);
-    let mut change = Vec3::zeros();
-    change[j] = less * spin[j] + sine * spin[k];
-    change[k] = less * spin[k] - sine * spin[j];
-    (product(q, product_less_one(first, second)), change)
+    let (less, sine) = (-2.0 * own_sine * own_sine, 2.0 * own_sine * (1.0 + own_less));
+    (onto(axis, q, turned), Vec3::from(from_axis(3 - axis, [0.0, less * j + sine * k, less * k - sine * j])))
 }
 
-/// Euler's top by the series of its spin alone; its attitude follows from the angular momentum, which stays.
+/// The change of an attitude by a turn, less one, that is given from an axis on.
+#[inline(always)]
+fn onto(axis: usize, q: Quaternion, [less, x, y, z]: Quaternion) -> Quaternion {
+    let [x, y, z] = from_axis(3 - axis, [x, y, z]);
+    product(q, [less, x, y, z])
+}
+
+/// Components from an axis on.
+#[inline(always)]
+fn from_axis(axis: usize, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    match axis {
+        1 => [y, z, x],
+        2 => [z, x, y],
+        _ => [x, y, z],
+    }
+}
+
+/// Euler's top in closed form, from the middle of its way.
 ///
-/// In the body's frame the direction m of the angular momentum moves, by dm/dt = m x w, and in space it rests. The turn from the
-/// frame at the start is the shortest one that takes m back to its first direction m_0, and then one about m_0 by the angle
+/// From the axis of the intermediate moment on, the spin is w = (a_1 sn, a_2 cn, a_3 dn) of Jacobi's functions. Half the time is the
+/// unit here, s = sn(l)/l, c = cn(l) and d = dn(l) those of half the way, with
 ///
-///   phi = 2 T t / L - int (m_0 x m) . dm/dt / (1 + m_0 . m) dt,
+///   x = l^2 = -r_1 r_2 a_3^2,  z = l^2 k^2 = -r_1 r_3 a_2^2,  a_j^2 = w_j^2 - r_j/r_1 w_1^2,  r_i = (I_j - I_k)/I_i.
 ///
-/// T the energy: the way of m off its shortest turn encloses the integral, which is of third order in the way. Gauss's rule takes
-/// it. The spin changes in the frame of the body more slowly than the body turns, the more so the rounder it is: series and rule
-/// are short. (Montgomery 1991, Am. J. Phys. 59, 394; van Zon & Schofield 2007, J. Comput. Phys. 225, 145.)
+/// The addition theorem gives the spin u in the middle, and the change of spin as a product:
+///
+///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),  f = 1 - r_2 r_3 w_1^2 s^2,
+///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
+///
+/// The quaternion of the turn is that of a discrete top (see [`super::variational_rotation`]) whose moments depend on the energy T, the
+/// angular momentum L and the time alone: Hairer & Vilmart (2006), J. Phys. A 39, 13225. So it suffices to know its angle where
+/// u_1 = 0. With N = I_1^2 r_1^2 a_2^2 a_3^2 / L^2 half of that is
+///
+///   phi = 2 T/L - (1 - 2 T I_1/L^2) (J - 1) L/I_1,   J = int_0^s dy / ((1 - N y^2) ((1 - x y^2) (1 - z y^2))^(1/2)),
+///
+/// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). Neither it nor s, c and d know how fast the
+/// body turns, but only how fast its spin moves in its own frame: their series are short.
 #[derive(Debug, Clone)]
 struct Triaxial {
-    /// In units of the largest one.
-    inertia: Vec3,
-    /// dw_i/dt = rate_i w_j w_k.
-    rate: Vec3,
-    /// |dw/dt| is below this times |w|^2: max |rate| / 3^(1/2). The terms of the series then fall at least as those of a geometric
-    /// one of the ratio steepness |w| t.
-    steepness: f64,
-    /// 1 over the smallest moment.
-    inverse_least: f64,
+    /// The axis of the intermediate moment.
+    axis: usize,
+    /// The moments from it on, in units of the largest one.
+    inertia: [f64; 3],
+    /// The r_i.
+    rate: [f64; 3],
+    /// r_2 r_3, -r_1 r_2 and -r_1 r_3, which are above zero.
+    product: [f64; 3],
+    /// I_1^2/(r_2 r_3), and 1/I_1.
+    scale: f64,
+    inverse: f64,
+    /// The square of the largest moment over the smallest one.
+    spread: f64,
 }
 
-/// Ratio of the longest series.
-const LONGEST: f64 = 0.125;
+/// The largest x + z. The first terms that the series leave out are then below 1e-17 of their sums.
+const SHORT: f64 = 0.004;
 
-/// Gauss's points and weights on [0, 1], and the end, which has none.
-type Rule<const N: usize> = [[f64; N]; 2];
-const THREE: Rule<4> = [
-    [0.112_701_665_379_258_311_5, 0.5, 0.887_298_334_620_741_688_5, 1.0],
-    [0.277_777_777_777_777_777_8, 0.444_444_444_444_444_444_4, 0.277_777_777_777_777_777_8, 0.0],
-];
-const FIVE: Rule<6> = [
-    [
-        0.046_910_077_030_668_003_6,
-        0.230_765_344_947_158_454_5,
-        0.5,
-        0.769_234_655_052_841_545_5,
-        0.953_089_922_969_331_996_4,
-        1.0,
-    ],
-    [
-        0.118_463_442_528_094_543_8,
-        0.239_314_335_249_683_234_0,
-        0.284_444_444_444_444_444_4,
-        0.239_314_335_249_683_234_0,
-        0.118_463_442_528_094_543_8,
-        0.0,
-    ],
-];
-
-/// Coefficients of the series by the power before each.
-macro_rules! terms {
-    ($top:expr, $series:expr, $($before:literal)*) => { $( $top.term::<$before>(&mut $series); )* };
+/// The spin, and what stays while a body turns freely. Half the time is the unit.
+#[derive(Clone, Copy)]
+struct Turning {
+    spin: [f64; 3],
+    /// x and z.
+    fast: [f64; 2],
+    /// L^2.
+    square: f64,
 }
 
 impl Triaxial {
     fn new(inertia: Vec3) -> Self {
-        let rate = Vec3::from([0, 1, 2].map(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            (inertia[j] - inertia[k]) / inertia[i]
-        }));
+        let middle = inertia.sum() - inertia.min() - inertia.max();
+        let distance = |k: &usize| (inertia[*k] - middle).abs();
+        let axis = (0..3).min_by(|j, k| distance(j).total_cmp(&distance(k))).unwrap_or(0);
+        let [i1, i2, i3] = from_axis(axis, inertia.into());
+        // Of the moments as they are: their differences may be small.
+        let [r1, r2, r3] = [(i2 - i3) / i1, (i3 - i1) / i2, (i1 - i2) / i3];
+        let [i1, i2, i3] = [i1, i2, i3].map(|moment| moment / inertia.max());
         Self {
-            inertia: inertia / inertia.max(),
-            rate,
-            steepness: rate.amax() / 3.0_f64.sqrt(),
-            inverse_least: 1.0 / inertia.min(),
+            axis,
+            inertia: [i1, i2, i3],
+            rate: [r1, r2, r3],
+            product: [r2 * r3, -r1 * r2, -r1 * r3],
+            scale: i1 * i1 / (r2 * r3),
+            inverse: 1.0 / i1,
+            spread: (inertia.max() / inertia.min()).powi(2),
         }
     }
 
-    /// `angle` is a bound of how far the body turns.
-    fn turn(&self, q: Quaternion, spin: Vec3, time: f64, angle: f64) -> Option<(Quaternion, Vec3)> {
-        if angle.is_nan() || angle > FARTHEST {
-            return None;
-        }
-        let ratio = self.steepness * angle;
-        if ratio <= LONGEST {
-            let (turned, changed) = self.piece(spin * time, ratio);
-            return Some((product(q, turned), if time == 0.0 { Vec3::zeros() } else { changed / time }));
-        }
-        let pieces = (ratio / LONGEST).ceil();
-        let h = time / pieces;
-        let (mut turned, mut change) = ([0.0; 4], Vec3::zeros());
-        for _ in 0..pieces as u64 {
-            let (turn, changed) = self.piece((spin + change) * h, ratio / pieces);
-            turned = product_less_one(turned, turn);
-            change += changed / h;
-        }
-        Some((product(q, turned), change))
-    }
-
-    /// The turn, less one, and the change of the spin in a unit of time.
-    fn piece(&self, spin: Vec3, ratio: f64) -> (Quaternion, Vec3) {
-        let mut w = [[0.0; 20]; 3];
-        (0..3).for_each(|i| w[i][0] = spin[i]);
-        let size = spin.amax();
-        // Two terms may be small by chance, but then what follows them is smaller by the ratio and more.
-        let short = |w: &Series, terms: usize| {
-            let last = |n: usize| w[0][n].abs().max(w[1][n].abs()).max(w[2][n].abs());
-            (last(terms - 1) + last(terms - 2)) * ratio <= 1e-18 * size
-        };
-        terms!(self, w, 0 1 2 3 4 5 6);
-        // The rule of n points errs by (ratio / 4)^(2 n) of an integrand that is of the size of the square of m's way.
-        let way = w[0][1].abs().max(w[1][1].abs()).max(w[2][1].abs());
-        let few = way * way * (0.25 * ratio).powi(6) <= 1e-19 * size * size;
-        if short(&w, 8) && few {
-            return self.turned::<8, 4>(&w, &THREE, spin);
-        }
-        terms!(self, w, 7 8 9);
-        if short(&w, 11) {
-            return if few {
-                self.turned::<11, 4>(&w, &THREE, spin)
-            } else {
-                self.turned::<11, 6>(&w, &FIVE, spin)
-            };
-        }
-        terms!(self, w, 10 11 12 13 14 15 16 17 18);
-        self.turned::<20, 6>(&w, &FIVE, spin)
-    }
-
-    /// By so many terms and a rule.
+    /// `inertia` are the moments as they were given.
     #[inline(always)]
-    fn turned<const TERMS: usize, const N: usize>(
-        &self,
-        w: &Series,
-        rule: &Rule<N>,
-        spin: Vec3,
-    ) -> (Quaternion, Vec3) {
-        let [points, weights] = rule;
-        let changes = changes::<TERMS, N>(w, points);
-        let momentum = self.inertia.component_mul(&spin);
-        let square = momentum.norm_squared();
-        let changed = Vec3::new(changes[0][N - 1], changes[1][N - 1], changes[2][N - 1]);
-        if square < f64::MIN_POSITIVE / f64::EPSILON {
-            // So small a turn is its rotation vector.
-            return ([0.0, 0.5 * spin.x, 0.5 * spin.y, 0.5 * spin.z], changed);
-        }
-        // The integral of (L_0 x L) . dL/dt / (L^2 + L_0 . L).
-        let mut swept = 0.0;
-        for k in 0..N - 1 {
-            let spun = Vec3::new(changes[0][k], changes[1][k], changes[2][k]);
-            let moved = self.inertia.component_mul(&spun);
-            let rate = (momentum + moved).cross(&(spin + spun));
-            let facing = 2.0 * square - 0.5 * moved.norm_squared();
-            swept += weights[k] * momentum.cross(&moved).dot(&rate) / facing;
-        }
-        let inverse = 1.0 / square.sqrt();
-        let angle = (spin.dot(&momentum) - swept) * inverse;
-        let (along, moved) = (momentum * inverse, self.inertia.component_mul(&changed) * inverse);
-        let way = moved.norm_squared();
-        let cosine = (1.0 - 0.25 * way).sqrt();
-        let across = moved.cross(&along) * (0.5 / cosine);
-        let shortest = [-0.25 * way / (1.0 + cosine), across.x, across.y, across.z];
-        (product_less_one(turn_less_one(along * angle), shortest), changed)
-    }
-
-    /// The coefficient of the power N + 1 of the spin in time, by Euler's equations from those before it. Of constant length, so that
-    /// no loop is left.
-    #[inline(always)]
-    fn term<const N: usize>(&self, w: &mut Series) {
-        let mut sum = [0.0; 3];
-        for m in 1..N {
-            sum[0] += w[1][m] * w[2][N - m];
-            sum[1] += w[2][m] * w[0][N - m];
-            sum[2] += w[0][m] * w[1][N - m];
-        }
-        // What is newest comes last.
-        sum[0] += w[1][0] * w[2][N];
-        sum[1] += w[2][0] * w[0][N];
-        sum[2] += w[0][0] * w[1][N];
-        if N > 0 {
-            sum[0] += w[1][N] * w[2][0];
-            sum[1] += w[2][N] * w[0][0];
-            sum[2] += w[0][N] * w[1][0];
-        }
-        let share = const { 1.0 / (N + 1) as f64 };
-        for i in 0..3 {
-            w[i][N + 1] = share * self.rate[i] * sum[i];
-        }
-    }
-}
-
-/// Coefficients of the spin's components in powers of time.
-type Series = [[f64; 20]; 3];
-
-/// Changes of the spin's components at several times, by so many terms.
-#[inline(always)]
-fn changes<const TERMS: usize, const N: usize>(w: &Series, times: &[f64; N]) -> [[f64; N]; 3] {
-    let mut sums = [[0.0; N]; 3];
-    for n in (1..TERMS).rev() {
-        for i in 0..3 {
-            for k in 0..N {
-                sums[i][k] = (sums[i][k] + w[i][n]) * times[k];
+    fn turn(&self, q: Quaternion, spin: Vec3, time: f64, inertia: Vec3) -> Option<(Quaternion, Vec3)> {
+        let half = 0.5 * time;
+        let w = from_axis(self.axis, (spin * half).into());
+        let squares = w.map(|w| w * w);
+        let first = self.product[0] * squares[0];
+        let fast = [first + self.product[1] * squares[2], first + self.product[2] * squares[1]];
+        let mut square = 0.0;
+        (0..3).for_each(|i| square += self.inertia[i] * self.inertia[i] * squares[i]);
+        // What is too large for it may be so by a loose bound.
+        if 4.0 * square * self.spread > FEW * FEW || square.is_nan() {
+            let angle = farthest_turn(inertia, spin, time);
+            if angle.is_nan() || angle > FARTHEST {
+                return None;
             }
         }
+        let whole = Turning { spin: w, fast, square };
+        let (turned, change) =
+            if fast[0] + fast[1] <= SHORT { self.piece(whole) } else { self.pieces(whole) };
+        let inverse = if half == 0.0 { 0.0 } else { 1.0 / half };
+        Some((onto(self.axis, q, turned), Vec3::from(from_axis(3 - self.axis, change)) * inverse))
     }
-    sums
-}
 
-/// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
-/// Mech. Engrg. 196, 2907.
-///
-/// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 - |p|^2), p) it reads
-/// p_0 J p + p x J p = h J spin / 2. `None` where the step is too long for a solution.
-pub fn variational_rotation(
-    inertia: Vec3,
-    q: Quaternion,
-    spin: Vec3,
-    time: f64,
-) -> Option<(Quaternion, Vec3)> {
-    if inertia.min() <= 0.0 {
-        return Top::new(inertia).turn(q, spin, time);
-    }
-    let p = half_turn(inertia, spin, time)?;
-    let scalar = (1.0 - p.norm_squared()).sqrt();
-    let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
-    // F^T (J spin) - J spin.
-    let across = p.cross(&inertia.component_mul(&spin));
-    let change = 2.0 * (p.cross(&across) - scalar * across);
-    scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
-}
-
-/// The vector part p of the discrete rotation's quaternion.
-fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
-    let target = 0.5 * time * inertia.component_mul(&spin);
-    let mut p = 0.5 * time * spin;
-    if p.norm() >= 1.0 {
-        return None;
-    }
-    let mut last = f64::INFINITY;
-    for _ in 0..50 {
-        if p.norm_squared() >= 1.0 {
-            return None;
+    /// The turn, less one, and the change of the spin, in pieces.
+    #[inline(never)]
+    fn pieces(&self, whole: Turning) -> (Quaternion, [f64; 3]) {
+        let count = ((whole.fast[0] + whole.fast[1]) / SHORT).sqrt().ceil();
+        let share = 1.0 / count;
+        let (fast, square) = (whole.fast.map(|fast| fast * share * share), whole.square * share * share);
+        let (mut turned, mut change) = ([0.0; 4], [0.0; 3]);
+        for _ in 0..count as u64 {
+            let spin = [0, 1, 2].map(|i| (whole.spin[i] + change[i]) * share);
+            let (turn, changed) = self.piece(Turning { spin, fast, square });
+            turned = product_less_one(turned, turn);
+            (0..3).for_each(|i| change[i] += changed[i] * count);
         }
-        let scalar = (1.0 - p.norm_squared()).sqrt();
-        let jp = inertia.component_mul(&p);
-        let residual = scalar * jp + p.cross(&jp) - target;
-        let step = slope_of_half_turn(inertia, &p).lu().solve(&residual)?;
-        p -= step;
-        let size = step.norm();
-        // To round-off: on until the steps no longer shrink.
-        if size == 0.0 || (size >= 0.5 * last && size < 1e-12) {
-            return Some(p);
-        }
-        last = size;
+        (turned, change)
     }
-    None
-}
 
-/// The derivative of p_0 J p + p x J p with p.
-fn slope_of_half_turn(inertia: Vec3, p: &Vec3) -> Mat3 {
-    let scalar = (1.0 - p.norm_squared()).sqrt();
-    let jp = inertia.component_mul(p);
-    Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
-        + p.cross_matrix() * Mat3::from_diagonal(&inertia)
-        - jp.cross_matrix()
-}
-
-/// The derivative of the discrete rotation: theta' = F^T theta + xi, with xi and the change of the new spin linear in that of the old
-/// one and in that of the moments.
-#[derive(Debug, Clone, Copy)]
-pub struct RotationSlopes {
-    /// F^T.
-    pub back: Mat3,
-    /// xi with the spin, and with the moments.
-    pub turn: [Mat3; 2],
-    /// The new spin with these.
-    pub spin: [Mat3; 2],
-}
-
-impl RotationSlopes {
-    /// Of a step of [`variational_rotation`]; `None` where that is.
-    pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
-        if inertia.min() <= 0.0 {
-            let zero = Mat3::zeros();
-            let keep = [Mat3::identity(), zero];
-            return Some(Self { back: Mat3::identity(), turn: [Mat3::identity() * time, zero], spin: keep });
-        }
-        let p = half_turn(inertia, spin, time)?;
-        let scalar = (1.0 - p.norm_squared()).sqrt();
-        let slope = slope_of_half_turn(inertia, &p).try_inverse()?;
-        let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
-        let by_spin = slope * moments * (0.5 * time);
-        let by_moments = slope
-            * (Mat3::from_diagonal(&spin) * (0.5 * time)
-                - (Mat3::identity() * scalar + across) * Mat3::from_diagonal(&p));
-        let xi = 2.0 * (Mat3::identity() * scalar + p * p.transpose() / scalar - across);
-        let turn = [xi * by_spin, xi * by_moments];
-        let back = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
-        let momentum = back * inertia.component_mul(&spin);
-        let new_spin = momentum.component_div(&inertia);
-        let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
-        let moved = momentum.cross_matrix();
-        let spins = [
-            inverse * (back * moments + moved * turn[0]),
-            inverse * (back * Mat3::from_diagonal(&spin) + moved * turn[1] - Mat3::from_diagonal(&new_spin)),
+    /// The same at once.
+    #[inline(always)]
+    fn piece(&self, whole: Turning) -> (Quaternion, [f64; 3]) {
+        let ([i1, i2, i3], [r1, r2, r3]) = (self.inertia, self.rate);
+        let Turning { spin: w, fast: [x, z], square } = whole;
+        // Without a spin the turn is then none.
+        let square = square.max(f64::MIN_POSITIVE / f64::EPSILON);
+        let (sum, product) = (x + z, x * z);
+        let s = sine(sum, product);
+        let s2 = s * s;
+        let (c, d) = ((1.0 - x * s2).sqrt(), (1.0 - z * s2).sqrt());
+        let cd = c * d;
+        let [w11, w22, w33] = w.map(|w| w * w);
+        let r23 = self.product[0] * s2;
+        let facing = 1.0 - r23 * w11;
+        let u = [
+            w[0] * cd + r1 * s * (w[1] * w[2]),
+            w[1] * c + r2 * s * d * (w[2] * w[0]),
+            w[2] * d + r3 * s * c * (w[0] * w[1]),
         ];
-        Some(Self { back, turn, spin: spins })
+        let by_square = 1.0 / square;
+        let by_momentum = square.sqrt() * by_square;
+        let n = self.scale * product * by_square * s2;
+        let along = 1.0 - n;
+        // One division for three: by g, by g (1 - n) and by c d.
+        let g = facing * facing - r23 * (u[0] * u[0]);
+        let both = g * along;
+        let inverse = 1.0 / (both * cd);
+        let (by_both, by_cd) = (inverse * cd, inverse * both);
+        let twice = 2.0 * s * (by_both * along);
+        let change =
+            [twice * r1 * (u[1] * u[2]), twice * r2 * d * (u[2] * u[0]), twice * r3 * c * (u[0] * u[1])];
+        let energy = i1 * w11 + i2 * w22 + i3 * w33;
+        // L^2 - 2 T I_1 without its cancellation.
+        let off = i2 * i3 * (r2 * w33 - r3 * w22);
+        let phi =
+            (energy - off * self.inverse * (n * s * third(n, sum * s2, product * s2 * s2))) * by_momentum;
+        let (less, sine) = less_one(phi * phi);
+        let cosine = 1.0 + less;
+        let (sine, slope) = (phi * sine * by_momentum, cosine * s * by_cd);
+        let mean = energy * by_square - n * self.inverse;
+        let root = by_both.sqrt();
+        let p = [
+            root * cd * u[0] * (i1 * sine + slope * (off * by_square)),
+            root * c * u[1] * (i2 * sine + slope * (along - i2 * mean)),
+            root * d * u[2] * (i3 * sine + slope * (along - i3 * mean)),
+        ];
+        let whole = cosine * along * facing * root;
+        let way = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        let less = if whole > 0.0 { -way / (1.0 + whole) } else { whole - 1.0 };
+        ([less, p[0], p[1], p[2]], change)
     }
+}
+
+/// s of x + z and x z: Maclaurin's series of sn, DLMF 22.10(i).
+#[inline(always)]
+fn sine(p: f64, q: f64) -> f64 {
+    let (pp, qq) = (p * p, q * q);
+    let low = 1.0 - p * (1.0 / 6.0) + (pp + 12.0 * q) * (1.0 / 120.0) - p * (pp + 132.0 * q) * (1.0 / 5040.0);
+    let high = pp * (pp + 1224.0 * q) + 3024.0 * qq;
+    let highest = p * (pp * (pp + 11_064.0 * q) + 132_624.0 * qq);
+    low + (high * (1.0 / 362_880.0) - highest * (1.0 / 39_916_800.0))
+}
+
+/// (J - 1)/(N s^3) of N s^2, (x + z) s^2 and x z s^4, by powers of s: the integrand's are those of (1 - (x + z) y + x z y^2)^(-1/2),
+/// summed up with N.
+#[inline(always)]
+fn third(n: f64, p: f64, q: f64) -> f64 {
+    let b1 = 0.5 * p;
+    let b2 = 0.75 * (p * b1) - 0.5 * q;
+    let b3 = (5.0 / 6.0) * (p * b2) - (2.0 / 3.0) * (q * b1);
+    let b4 = 0.875 * (p * b3) - 0.75 * (q * b2);
+    let b5 = 0.9 * (p * b4) - 0.8 * (q * b3);
+    let c1 = b1 + n;
+    let c2 = b2 + n * c1;
+    let c3 = b3 + n * c2;
+    let c4 = b4 + n * c3;
+    let c5 = b5 + n * c4;
+    (1.0 / 3.0 + c1 * (1.0 / 5.0))
+        + (c2 * (1.0 / 7.0) + c3 * (1.0 / 9.0))
+        + (c4 * (1.0 / 11.0) + c5 * (1.0 / 13.0))
 }

@@ -4,9 +4,9 @@
 //! whose equations of departures are those of a motion with no other loads; or straight lines and the discrete rotation, whose
 //! derivative is in closed form.
 
+use super::discrete_rotor::RotationSlopes;
 use super::layout::vector;
 use super::products::Kick;
-use super::rotor::RotationSlopes;
 use super::{Dynamics, Layout, Parameter, Variations};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};

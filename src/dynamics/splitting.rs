@@ -9,16 +9,17 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
+use super::discrete_rotor::variational_rotation;
 use super::jacobi::Jacobi;
 use super::layout::vector;
-use super::rotor::{FARTHEST, Top, farthest_turn, variational_rotation};
+use super::rotor::{FARTHEST, Top, farthest_turn};
 use super::{AttitudeChart, Dynamics, Layout, Rejected};
 use crate::environment::BOOK;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::math::compensated::two_sum;
-use crate::orbit::kepler_change;
+use crate::math::compensated::{add, add_all};
 use crate::patience::Patience;
+use pulp::{Simd, WithSimd};
 
 /// Units of work of turning a body by a rad, for [`Patience`].
 const ROTATION: f64 = 200.0;
@@ -37,13 +38,10 @@ pub enum Parts {
 pub struct Splitting {
     parts: Parts,
     jacobi: Jacobi,
-    gravitational_constant: f64,
     inertia: Vec<Vec3>,
     tops: Vec<Top>,
-    position: Vec<Vec3>,
-    velocity: Vec<Vec3>,
-    acceleration: Vec<Vec3>,
-    spin_rate: Vec<Vec3>,
+    acceleration: Vec<[f64; 3]>,
+    spin_rate: Vec<[f64; 3]>,
     /// Whether the two above belong to the present vector.
     loaded: bool,
     /// Time and size of the step.
@@ -53,6 +51,8 @@ pub struct Splitting {
     change: Vec<f64>,
     /// How much of the step the drifts have covered.
     covered: f64,
+    /// Units of work of turning each body through the step, for [`Patience`].
+    work: Vec<u64>,
     /// Velocities and spins in the middle of a kick, for the books.
     middle: [Vec<Vec3>; 2],
 }
@@ -80,19 +80,17 @@ impl Splitting {
         let zeros = vec![Vec3::zeros(); n];
         Ok(Self {
             parts,
-            jacobi: Jacobi::new(&masses),
-            gravitational_constant: dynamics.system().gravitational_constant(),
+            jacobi: Jacobi::new(&masses, dynamics.system().gravitational_constant()),
             tops: inertia.iter().map(|moments| Top::new(*moments)).collect(),
             inertia,
-            position: zeros.clone(),
-            velocity: zeros.clone(),
-            acceleration: zeros.clone(),
-            spin_rate: zeros.clone(),
+            acceleration: vec![[0.0; 3]; n],
+            spin_rate: vec![[0.0; 3]; n],
             loaded: false,
             time: 0.0,
             step: 0.0,
             change: vec![0.0; dynamics.layout().departure()],
             covered: 0.0,
+            work: vec![0; n],
             middle: [zeros.clone(), zeros],
         })
     }
@@ -110,7 +108,8 @@ impl Splitting {
             rate = rate.max(vector(y, layout.spin(body)).norm());
             for other in 0..body {
                 let r = vector(y, layout.position(body)) - vector(y, layout.position(other));
-                let mu = self.gravitational_constant * (bodies[body].mass + bodies[other].mass);
+                let mu =
+                    dynamics.system().gravitational_constant() * (bodies[body].mass + bodies[other].mass);
                 rate = rate.max((mu / r.norm().powi(3)).sqrt());
             }
         }
@@ -126,22 +125,27 @@ impl Splitting {
     /// goes on.
     pub fn loads(&self) -> Option<Vec<[f64; 6]>> {
         let both = self.acceleration.iter().zip(&self.spin_rate);
-        self.loaded.then(|| both.map(|(a, s)| [a.x, a.y, a.z, s.x, s.y, s.z]).collect())
+        self.loaded.then(|| both.map(|([a, b, c], [x, y, z])| [*a, *b, *c, *x, *y, *z]).collect())
     }
 
     /// The inverse of [`Self::loads`].
     pub fn recall(&mut self, loads: &[[f64; 6]]) {
-        for (body, load) in loads.iter().enumerate().take(self.tops.len()) {
-            self.acceleration[body] = Vec3::new(load[0], load[1], load[2]);
-            self.spin_rate[body] = Vec3::new(load[3], load[4], load[5]);
+        for (body, &[a, b, c, x, y, z]) in loads.iter().enumerate().take(self.tops.len()) {
+            (self.acceleration[body], self.spin_rate[body]) = ([a, b, c], [x, y, z]);
         }
         self.loaded = loads.len() == self.tops.len();
     }
 
     /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
-    pub fn begin(&mut self, dynamics: &Dynamics, time: f64, step: f64) {
+    pub fn begin(&mut self, dynamics: &Dynamics, time: f64, y: &[f64], step: f64) {
+        let layout = dynamics.layout();
         (self.time, self.step, self.covered) = (time, step, 0.0);
-        self.loaded &= dynamics.layout().forces == 0;
+        self.loaded &= layout.forces == 0;
+        for (body, work) in self.work.iter_mut().enumerate() {
+            let angle = (2.0 * vector(y, layout.spin(body)).amax() * step).abs();
+            // Too large a number counts as the limit, and so does NaN.
+            *work = (ROTATION * (1.0 + angle.min(FARTHEST))) as u64;
+        }
     }
 
     /// The large part.
@@ -158,51 +162,37 @@ impl Splitting {
         let layout = dynamics.layout();
         if layout.forces > 0 {
             let d = layout.departure();
-            (0..3).for_each(|c| add(high, low, d + c, size * high[d + 3 + c]));
+            for c in d..d + 3 {
+                let change = size * high[c + 3];
+                add(&mut high[c], &mut low[c], change);
+            }
         }
-        match self.parts {
-            Parts::Free => self.straight(layout, size, high),
-            Parts::Kepler => self.orbits(layout, size, high, low)?,
-        }
-        self.rotations(dynamics, size, high, patience)?;
-        add_all(high, low, &self.change);
-        Ok(())
+        let arch = dynamics.system().arch();
+        arch.dispatch(Drift { splitting: self, dynamics, size, high, low, patience })
     }
 
-    /// The changes of positions and velocities without forces.
-    fn straight(&mut self, layout: Layout, size: f64, high: &[f64]) {
-        let (positions, velocities) = (layout.velocity(0), layout.attitude(0));
-        self.change[positions..velocities].fill(0.0);
-        for (change, velocity) in self.change.iter_mut().zip(&high[positions..velocities]) {
-            *change = size * velocity;
-        }
-    }
-
-    /// The changes of positions and velocities on Kepler's orbits in Jacobi's coordinates.
+    /// The changes of positions and velocities without forces, or on Kepler's orbits.
+    #[inline(always)]
     fn orbits(&mut self, layout: Layout, size: f64, high: &[f64], low: &[f64]) -> Result<()> {
-        let parts = |index: usize| (high[index], low[index]);
-        self.jacobi.enter(&mut self.position, |body, c| parts(layout.position(body) + c));
-        self.jacobi.enter(&mut self.velocity, |body, c| parts(layout.velocity(body) + c));
-        for body in 1..layout.bodies {
-            let mu = self.gravitational_constant * self.jacobi.within[body];
-            let (moved, turned) = kepler_change(&self.position[body], &self.velocity[body], mu, size)
-                .ok_or_else(|| {
+        let (velocities, end) = (layout.velocity(0), layout.attitude(0));
+        match self.parts {
+            Parts::Free => {
+                self.change[velocities..end].fill(0.0);
+                let moves = self.change.iter_mut().zip(&high[velocities..end]);
+                moves.for_each(|(change, velocity)| *change = size * velocity);
+                Ok(())
+            }
+            Parts::Kepler => {
+                let drifted = self.jacobi.drift(size, [&high[..end], &low[..end]], &mut self.change[..end]);
+                drifted.ok_or_else(|| {
                     self.failed("Kepler's equation has no solution in doubles; use a shorter step")
-                })?;
-            self.position[body] = moved;
-            self.velocity[body] = turned;
+                })
+            }
         }
-        self.jacobi.leave(&mut self.position);
-        self.jacobi.leave(&mut self.velocity);
-        for body in 0..layout.bodies {
-            let (p, v) = (layout.position(body), layout.velocity(body));
-            self.change[p..p + 3].copy_from_slice(self.position[body].as_slice());
-            self.change[v..v + 3].copy_from_slice(self.velocity[body].as_slice());
-        }
-        Ok(())
     }
 
     /// The changes of attitudes and spins without torques.
+    #[inline(always)]
     fn rotations(
         &mut self,
         dynamics: &Dynamics,
@@ -210,24 +200,19 @@ impl Splitting {
         high: &[f64],
         patience: &mut Patience,
     ) -> Result<()> {
-        let layout = dynamics.layout();
-        for body in 0..layout.bodies {
-            let (a, s) = (layout.attitude(body), layout.spin(body));
-            let q = [high[a], high[a + 1], high[a + 2], high[a + 3]];
-            let spin = Vec3::new(high[s], high[s + 1], high[s + 2]);
-            let inertia = self.inertia[body];
-            // Too large a number counts as the limit, and so does NaN.
-            patience.spend(
-                (ROTATION * (1.0 + (2.0 * spin.amax() * size).abs().min(FARTHEST))) as u64,
-                self.time,
-            )?;
+        let (attitudes, spins) = (dynamics.layout().attitude(0), dynamics.layout().spin(0));
+        let before = high[attitudes..].as_chunks::<4>().0.iter().zip(high[spins..].as_chunks::<3>().0);
+        let (turns, changes) = self.change[attitudes..].split_at_mut(spins - attitudes);
+        let after = turns.as_chunks_mut::<4>().0.iter_mut().zip(changes.as_chunks_mut::<3>().0);
+        for (body, ((q, spin), (turned, changed))) in before.zip(after).enumerate() {
+            patience.spend(self.work[body], self.time)?;
+            let spin = Vec3::from(*spin);
             let turn = match self.parts {
-                Parts::Kepler => self.tops[body].turn(q, spin, size),
-                Parts::Free => variational_rotation(inertia, q, spin, size),
+                Parts::Kepler => self.tops[body].turn(*q, spin, size),
+                Parts::Free => variational_rotation(self.inertia[body], *q, spin, size),
             };
-            let (turned, change) = turn.ok_or_else(|| self.too_far(dynamics, body, spin))?;
-            self.change[a..a + 4].copy_from_slice(&turned);
-            self.change[s..s + 3].copy_from_slice(change.as_slice());
+            let Some((turn, change)) = turn else { return Err(self.too_far(dynamics, body, spin)) };
+            (*turned, *changed) = (turn, change.into());
         }
         Ok(())
     }
@@ -241,23 +226,21 @@ impl Splitting {
         low: &mut [f64],
         patience: &mut Patience,
     ) -> Result<u64> {
-        let layout = dynamics.layout();
         let evaluations = u64::from(!self.loaded);
         if !self.loaded {
-            self.load(dynamics, high, low, patience)?;
-        }
-        if layout.forces > 0 {
-            self.enter(dynamics, size, high, low);
-        }
-        for body in 0..layout.bodies {
-            let (v, s) = (layout.velocity(body), layout.spin(body));
-            for c in 0..3 {
-                self.change[v + c] = size * self.acceleration[body][c];
-                self.change[s + c] = size * self.spin_rate[body][c];
+            for part in 0..dynamics.parts() {
+                patience.spend(dynamics.work(), self.time)?;
+                let loaded = dynamics.load(part, self.time + self.covered, high);
+                loaded.map_err(|rejected| self.refused(dynamics, rejected))?;
             }
         }
-        for block in [layout.velocity(0)..layout.attitude(0), layout.spin(0)..layout.departure()] {
-            add_all(&mut high[block.clone()], &mut low[block.clone()], &self.change[block]);
+        let arch = dynamics.system().arch();
+        arch.dispatch(Kick { splitting: self, dynamics, size, high, low });
+        if !self.loaded {
+            return Err(self.refused(dynamics, Rejected::NotFinite));
+        }
+        if dynamics.layout().forces > 0 {
+            self.enter(dynamics, size, high, low);
         }
         Ok(evaluations)
     }
@@ -271,59 +254,52 @@ impl Splitting {
         let [velocity, spin] = &mut self.middle;
         for body in 0..layout.bodies {
             let at = &scene.bodies[body];
-            velocity[body] = at.velocity + 0.5 * size * (self.acceleration[body] + kick);
-            spin[body] = at.spin + 0.5 * size * self.spin_rate[body];
+            velocity[body] = at.velocity + 0.5 * size * (Vec3::from(self.acceleration[body]) + kick);
+            spin[body] = at.spin + 0.5 * size * Vec3::from(self.spin_rate[body]);
         }
         for force in 0..layout.forces {
             let mut book = [0.0; BOOK];
             let motions = velocity.iter().copied().zip(spin.iter().copied());
             dynamics.outside().book(force, motions, &mut book);
             let at = layout.book(force);
-            (0..BOOK).for_each(|k| add(high, low, at + k, size * book[k]));
+            (0..BOOK).for_each(|k| add(&mut high[at + k], &mut low[at + k], size * book[k]));
         }
-        (0..3).for_each(|c| add(high, low, departing + c, size * kick[c]));
+        (0..3).for_each(|c| add(&mut high[departing + c], &mut low[departing + c], size * kick[c]));
     }
 
-    fn load(
-        &mut self,
-        dynamics: &mut Dynamics,
-        high: &[f64],
-        low: &[f64],
-        patience: &mut Patience,
-    ) -> Result<()> {
-        let layout = dynamics.layout();
-        for part in 0..dynamics.parts() {
-            patience.spend(dynamics.work(), self.time)?;
-            let loaded = dynamics.load(part, self.time + self.covered, high);
-            loaded.map_err(|rejected| self.refused(dynamics, rejected))?;
-        }
+    /// Takes over the loads that have been computed, less those of the Kepler motion.
+    #[inline(always)]
+    fn settle(&mut self, dynamics: &Dynamics, high: &[f64], low: &[f64]) {
         let (acceleration, torque) = dynamics.loads();
-        self.acceleration.copy_from_slice(acceleration);
-        for (rate, (torque, inertia)) in self.spin_rate.iter_mut().zip(torque.iter().zip(&self.inertia)) {
-            *rate =
-                Vec3::from([0, 1, 2].map(|c| if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 }));
+        for body in 0..self.tops.len() {
+            let (inertia, torque) = (&self.inertia[body], &torque[body]);
+            self.acceleration[body] = acceleration[body].into();
+            for c in 0..3 {
+                self.spin_rate[body][c] = if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 };
+            }
         }
         if self.parts == Parts::Kepler {
-            let parts = |index: usize| (high[index], low[index]);
-            self.jacobi.enter(&mut self.position, |body, c| parts(layout.position(body) + c));
-            for body in 1..layout.bodies {
-                let mu = self.gravitational_constant * self.jacobi.within[body];
-                let r = self.position[body];
-                let distance = r.norm();
-                self.position[body] = r * (-mu / (distance * distance * distance));
+            let end = dynamics.layout().velocity(0);
+            self.jacobi.accelerations([&high[..end], &low[..end]], &mut self.change[..end]);
+            let kepler = self.change[..end].as_chunks::<3>().0;
+            for (own, kepler) in self.acceleration.iter_mut().zip(kepler) {
+                for c in 0..3 {
+                    own[c] -= kepler[c];
+                }
             }
-            self.jacobi.leave(&mut self.position);
-            self.acceleration.iter_mut().zip(&self.position).for_each(|(a, k)| *a -= k);
         }
-        if self.acceleration.iter().chain(&self.spin_rate).all(|v| v.iter().all(|x| x.is_finite())) {
-            self.loaded = true;
-            Ok(())
-        } else {
-            Err(self.refused(dynamics, Rejected::NotFinite))
+        let mut sum = 0.0;
+        for (acceleration, rate) in self.acceleration.iter().zip(&self.spin_rate) {
+            for c in 0..3 {
+                sum += 0.0 * (acceleration[c] + rate[c]);
+            }
         }
+        // Otherwise one of them is infinite or not a number.
+        self.loaded = sum == 0.0;
     }
 
     /// That the forces cannot be had within the step.
+    #[cold]
     fn refused(&self, dynamics: &Dynamics, rejected: Rejected) -> Error {
         let reason = match rejected {
             Rejected::TooClose { bodies, separation, valid_from } => {
@@ -342,12 +318,14 @@ impl Splitting {
         self.failed(&format!("{reason}; use a shorter step"))
     }
 
+    #[cold]
     fn failed(&self, detail: &str) -> Error {
         let what = format!("a step of size {:e} at time {}", self.step, self.time);
         Error::NotConverged { what, detail: detail.to_owned() }
     }
 
     /// The error that a body turns too far in this step, with the step in which it would not.
+    #[cold]
     fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
         let name = &dynamics.system().bodies()[body].name;
         let (inertia, step) = (self.inertia[body], self.step.abs());
@@ -370,16 +348,51 @@ impl Splitting {
     }
 }
 
-/// Adds to numbers in two parts.
-#[inline]
-fn add_all(high: &mut [f64], low: &mut [f64], changes: &[f64]) {
-    for ((high, low), change) in high.iter_mut().zip(low).zip(changes) {
-        let (sum, error) = two_sum(*high, *change);
-        (*high, *low) = two_sum(sum, error + *low);
+/// A drift, compiled with the instructions of a path.
+struct Drift<'a, 'b> {
+    splitting: &'a mut Splitting,
+    dynamics: &'a Dynamics,
+    size: f64,
+    high: &'a mut [f64],
+    low: &'a mut [f64],
+    patience: &'a mut Patience<'b>,
+}
+
+impl WithSimd for Drift<'_, '_> {
+    type Output = Result<()>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
+        let Self { splitting, dynamics, size, high, low, patience } = self;
+        splitting.orbits(dynamics.layout(), size, high, low)?;
+        splitting.rotations(dynamics, size, high, patience)?;
+        add_all(simd, high, low, 1.0, &splitting.change);
+        Ok(())
     }
 }
 
-#[inline]
-fn add(high: &mut [f64], low: &mut [f64], index: usize, increment: f64) {
-    add_all(&mut high[index..=index], &mut low[index..=index], &[increment]);
+/// A kick by loads that are taken over where they are new.
+struct Kick<'a> {
+    splitting: &'a mut Splitting,
+    dynamics: &'a Dynamics,
+    size: f64,
+    high: &'a mut [f64],
+    low: &'a mut [f64],
+}
+
+impl WithSimd for Kick<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { splitting, dynamics, size, high, low } = self;
+        if !splitting.loaded {
+            splitting.settle(dynamics, high, low);
+        }
+        let (velocities, spins) = (dynamics.layout().velocity(0), dynamics.layout().spin(0));
+        let (velocity_changes, spin_changes) =
+            (splitting.acceleration.as_flattened(), splitting.spin_rate.as_flattened());
+        add_all(simd, &mut high[velocities..], &mut low[velocities..], size, velocity_changes);
+        add_all(simd, &mut high[spins..], &mut low[spins..], size, spin_changes);
+    }
 }

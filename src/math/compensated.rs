@@ -2,6 +2,8 @@
 //!
 //! Knuth's two-sum and Dekker's fast two-sum; see Ogita, Rump & Oishi (2005), SIAM J. Sci. Comput. 26, 1955.
 
+use pulp::Simd;
+
 /// The sum of two numbers and its rounding error, exactly.
 #[inline(always)]
 pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
@@ -15,6 +17,37 @@ pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
 pub fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     (product, a.mul_add(b, -product))
+}
+
+/// Adds to a number in two parts.
+#[inline(always)]
+pub fn add(high: &mut f64, low: &mut f64, change: f64) {
+    let (sum, error) = two_sum(*high, change);
+    let tail = error + *low;
+    // The tail is the smaller one.
+    *high = sum + tail;
+    *low = tail - (*high - sum);
+}
+
+/// Adds multiples of numbers to as many numbers in two parts, as [`add`] does.
+#[inline(always)]
+pub fn add_all<S: Simd>(simd: S, high: &mut [f64], low: &mut [f64], size: f64, changes: &[f64]) {
+    let (high, high_rest) = S::as_mut_simd_f64s(&mut high[..changes.len()]);
+    let (low, low_rest) = S::as_mut_simd_f64s(&mut low[..changes.len()]);
+    let (changes, changes_rest) = S::as_simd_f64s(changes);
+    let factor = simd.splat_f64s(size);
+    for ((high, low), change) in high.iter_mut().zip(low).zip(changes) {
+        let change = simd.mul_f64s(factor, *change);
+        let sum = simd.add_f64s(*high, change);
+        let added = simd.sub_f64s(sum, *high);
+        let lost = simd.sub_f64s(*high, simd.sub_f64s(sum, added));
+        let tail = simd.add_f64s(simd.add_f64s(lost, simd.sub_f64s(change, added)), *low);
+        *high = simd.add_f64s(sum, tail);
+        *low = simd.sub_f64s(tail, simd.sub_f64s(*high, sum));
+    }
+    for ((high, low), change) in high_rest.iter_mut().zip(low_rest).zip(changes_rest) {
+        add(high, low, size * change);
+    }
 }
 
 /// A number carried as the unevaluated sum of a high and a low part.

@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 /// Changes of position and velocity over a time on the orbit through them; `None` where doubles overflow or the iteration
 /// does not end.
+#[inline(always)]
 pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Option<(Vec3, Vec3)> {
     if mu == 0.0 || time == 0.0 {
         return Some((velocity * time, Vec3::zeros()));
@@ -83,7 +84,7 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
 }
 
 /// G_0 to G_3 = s^k c_k(beta s^2), c_k Stumpff's functions: series at a reduced argument, then doublings.
-#[inline]
+#[inline(always)]
 fn functions(beta: f64, s: f64) -> [f64; 4] {
     let mut z = beta * s * s;
     let mut doublings = 0;

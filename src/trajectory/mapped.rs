@@ -34,10 +34,10 @@ impl Mapped<'_> {
 }
 
 impl Flows for Mapped<'_> {
-    fn prepare(&mut self, time: f64, _y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
         (self.time, self.covered, self.known) = (time, 0.0, false);
         self.splitting.reset();
-        self.splitting.begin(self.equations, time, step);
+        self.splitting.begin(self.equations, time, y, step);
         self.equations.prepare_variations(time, patience)
     }
 

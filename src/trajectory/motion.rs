@@ -121,7 +121,7 @@ pub(super) struct SplitMotion<'a> {
 
 impl Flows for SplitMotion<'_> {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
-        self.splitting.begin(self.equations, time, step);
+        self.splitting.begin(self.equations, time, y, step);
         self.equations.prepare(time, y, step, patience)
     }
 

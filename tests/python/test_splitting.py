@@ -25,7 +25,7 @@ def free_top(moments, spin, time):
         return np.array([float(value) for value in end])
 
 
-# Short series, long ones, several pieces, and either side of the separatrix.
+# In one piece and in several, on either side of the separatrix and near it.
 @pytest.mark.parametrize(
     ("spin", "time"),
     [
@@ -35,6 +35,7 @@ def free_top(moments, spin, time):
         ((0.1, 0.2, 0.9), 0.35),
         ((0.5, -1.0, 0.4), 3.0),
         ((0.2, 0.1, -1.0), -2.0),
+        ((0.01, 1.0, 0.004), 0.5),
     ],
 )
 def test_a_free_top_is_turned_to_the_last_digit(spin, time):

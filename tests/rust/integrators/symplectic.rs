@@ -113,7 +113,8 @@ proptest! {
     }
 }
 
-/// The symmetric top's two rotations against the series for a body that differs from it by little, for every axis and kind.
+/// The symmetric top's two rotations against the closed form of a body that differs from it by little, for every axis and kind, and
+/// for more than a whole turn.
 #[test]
 fn symmetric_top() {
     for axis in 0..3 {
@@ -125,9 +126,23 @@ fn symmetric_top() {
             near[(axis + 2) % 3] *= 1.0 - 1e-12;
             let spin = Vec3::new(0.4, -0.3, 0.8);
             let q = [0.5, 0.5, -0.5, 0.5];
-            let [(a, u), (b, v)] =
-                [inertia, near].map(|moments| Top::new(moments).turn(q, spin, 1.3).unwrap());
-            assert!((u - v).norm() < 1e-11 && (0..4).all(|k| (a[k] - b[k]).abs() < 1e-11));
+            for time in [1.3, -4.0, 40.0] {
+                let [(a, u), (b, v)] =
+                    [inertia, near].map(|moments| Top::new(moments).turn(q, spin, time).unwrap());
+                let bound = 1e-11 * time.abs();
+                assert!((u - v).norm() < bound && (0..4).all(|k| (a[k] - b[k]).abs() < bound));
+            }
+        }
+    }
+}
+
+/// A body that does not turn stays as it is, and so does one in no time.
+#[test]
+fn top_at_rest() {
+    let (spin, q) = (Vec3::new(0.4, -0.3, 0.8), [0.5, 0.5, -0.5, 0.5]);
+    for inertia in [Vec3::new(1.0, 1.7, 2.4), Vec3::new(1.0, 1.0, 2.4), Vec3::zeros()] {
+        for (spin, time) in [(Vec3::zeros(), 1.3), (spin, 0.0)] {
+            assert_eq!(Top::new(inertia).turn(q, spin, time).unwrap(), ([0.0; 4], Vec3::zeros()));
         }
     }
 }

@@ -1,0 +1,109 @@
+//! The discrete free rotation of the Lie group variational integrator, and its derivative.
+//!
+//! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin.
+
+use super::rotor::{Quaternion, Top};
+use crate::math::rotation::product;
+use crate::math::{Mat3, Vec3};
+
+/// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
+/// Mech. Engrg. 196, 2907.
+///
+/// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 - |p|^2), p) it reads
+/// p_0 J p + p x J p = h J spin / 2. `None` where the step is too long for a solution.
+pub fn variational_rotation(
+    inertia: Vec3,
+    q: Quaternion,
+    spin: Vec3,
+    time: f64,
+) -> Option<(Quaternion, Vec3)> {
+    if inertia.min() <= 0.0 {
+        return Top::new(inertia).turn(q, spin, time);
+    }
+    let p = half_turn(inertia, spin, time)?;
+    let scalar = (1.0 - p.norm_squared()).sqrt();
+    let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
+    // F^T (J spin) - J spin.
+    let across = p.cross(&inertia.component_mul(&spin));
+    let change = 2.0 * (p.cross(&across) - scalar * across);
+    scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
+}
+
+/// The vector part p of the discrete rotation's quaternion.
+fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
+    let target = 0.5 * time * inertia.component_mul(&spin);
+    let mut p = 0.5 * time * spin;
+    if p.norm() >= 1.0 {
+        return None;
+    }
+    let mut last = f64::INFINITY;
+    for _ in 0..50 {
+        if p.norm_squared() >= 1.0 {
+            return None;
+        }
+        let scalar = (1.0 - p.norm_squared()).sqrt();
+        let jp = inertia.component_mul(&p);
+        let residual = scalar * jp + p.cross(&jp) - target;
+        let step = slope_of_half_turn(inertia, &p).lu().solve(&residual)?;
+        p -= step;
+        let size = step.norm();
+        // To round-off: on until the steps no longer shrink.
+        if size == 0.0 || (size >= 0.5 * last && size < 1e-12) {
+            return Some(p);
+        }
+        last = size;
+    }
+    None
+}
+
+/// The derivative of p_0 J p + p x J p with p.
+fn slope_of_half_turn(inertia: Vec3, p: &Vec3) -> Mat3 {
+    let scalar = (1.0 - p.norm_squared()).sqrt();
+    let jp = inertia.component_mul(p);
+    Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
+        + p.cross_matrix() * Mat3::from_diagonal(&inertia)
+        - jp.cross_matrix()
+}
+
+/// The derivative of the discrete rotation: theta' = F^T theta + xi, with xi and the change of the new spin linear in that of the old
+/// one and in that of the moments.
+#[derive(Debug, Clone, Copy)]
+pub struct RotationSlopes {
+    /// F^T.
+    pub back: Mat3,
+    /// xi with the spin, and with the moments.
+    pub turn: [Mat3; 2],
+    /// The new spin with these.
+    pub spin: [Mat3; 2],
+}
+
+impl RotationSlopes {
+    /// Of a step of [`variational_rotation`]; `None` where that is.
+    pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
+        if inertia.min() <= 0.0 {
+            let zero = Mat3::zeros();
+            let keep = [Mat3::identity(), zero];
+            return Some(Self { back: Mat3::identity(), turn: [Mat3::identity() * time, zero], spin: keep });
+        }
+        let p = half_turn(inertia, spin, time)?;
+        let scalar = (1.0 - p.norm_squared()).sqrt();
+        let slope = slope_of_half_turn(inertia, &p).try_inverse()?;
+        let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
+        let by_spin = slope * moments * (0.5 * time);
+        let by_moments = slope
+            * (Mat3::from_diagonal(&spin) * (0.5 * time)
+                - (Mat3::identity() * scalar + across) * Mat3::from_diagonal(&p));
+        let xi = 2.0 * (Mat3::identity() * scalar + p * p.transpose() / scalar - across);
+        let turn = [xi * by_spin, xi * by_moments];
+        let back = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
+        let momentum = back * inertia.component_mul(&spin);
+        let new_spin = momentum.component_div(&inertia);
+        let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
+        let moved = momentum.cross_matrix();
+        let spins = [
+            inverse * (back * moments + moved * turn[0]),
+            inverse * (back * Mat3::from_diagonal(&spin) + moved * turn[1] - Mat3::from_diagonal(&new_spin)),
+        ];
+        Some(Self { back, turn, spin: spins })
+    }
+}
