@@ -275,9 +275,7 @@ impl Splitting {
             spin[body] = at.spin + 0.5 * size * self.spin_rate[body];
         }
         for force in 0..layout.forces {
-            let mut book = [0.0; BOOK];
-            let motions = velocity.iter().copied().zip(spin.iter().copied());
-            dynamics.outside().book(force, motions, &mut book);
+            let book = dynamics.outside().book(force, |body| (velocity[body], spin[body]));
             let at = layout.book(force);
             (0..BOOK).for_each(|k| add(high, low, at + k, size * book[k]));
         }
