@@ -8,6 +8,7 @@ use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
@@ -279,26 +280,25 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 && part + 1 == self.parts.len() {
-            self.load_outside(time, y)
+            let arch = self.system.arch();
+            arch.dispatch(LoadOutside { dynamics: self, time, y })
         } else {
             Ok(())
         }
     }
 
     /// Adds what comes from outside: to the bodies' motion about the barycentre, and to that of the barycentre.
+    #[inline(always)]
     fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
         self.show(time, y);
         self.outside.load().map_err(|error| Rejected::Failed(Box::new(error)))?;
         let mut total = Vec3::zeros();
-        let bodies = self.acceleration.iter_mut().zip(&mut self.torque).zip(&self.inverse_mass);
-        for (body, ((acceleration, torque), inverse_mass)) in bodies.enumerate() {
-            let mut force = Vec3::zeros();
-            for loads in self.outside.loads() {
-                force += loads[body].force;
-                *torque += loads[body].torque;
+        for load in self.outside.loads() {
+            total += load.force;
+            self.acceleration[load.on] += load.force * self.inverse_mass[load.on];
+            if load.turns {
+                self.torque[load.on] += load.torque;
             }
-            total += force;
-            *acceleration += force * *inverse_mass;
         }
         self.barycentre_acceleration = total * self.inverse_total;
         self.acceleration.iter_mut().for_each(|a| *a -= self.barycentre_acceleration);
@@ -368,10 +368,9 @@ impl Dynamics {
 
     /// The rates of the books at the vector of the last evaluation.
     pub fn quadratures(&self, rate: &mut [f64]) {
-        let books = rate[self.layout.book(0)..].as_chunks_mut::<BOOK>().0;
-        for (force, book) in books.iter_mut().enumerate().take(self.layout.forces) {
-            let motions = self.outside.scene.bodies.iter().map(|body| (body.velocity, body.spin));
-            self.outside.book(force, motions, book);
+        if self.layout.forces > 0 {
+            let books = rate[self.layout.book(0)..].as_chunks_mut::<BOOK>().0;
+            self.system.arch().dispatch(WriteBooks { outside: &self.outside, books });
         }
     }
 
@@ -411,6 +410,7 @@ impl Dynamics {
     }
 
     /// Shows a vector whose rotations are known to the forces from outside.
+    #[inline(always)]
     pub(super) fn show(&mut self, time: f64, y: &[f64]) {
         let attitudes = self.outside.wants_attitudes();
         self.frame.show(time, y, attitudes, &mut self.outside.scene);
@@ -438,6 +438,40 @@ impl Dynamics {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
             rotation_first: self.outside.scene.bodies[i].rotation,
             rotation_second: self.outside.scene.bodies[j].rotation,
+        }
+    }
+}
+
+/// [`Dynamics::load_outside`] by the instructions of a path.
+struct LoadOutside<'a> {
+    dynamics: &'a mut Dynamics,
+    time: f64,
+    y: &'a [f64],
+}
+
+impl WithSimd for LoadOutside<'_> {
+    type Output = std::result::Result<(), Rejected>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.dynamics.load_outside(self.time, self.y)
+    }
+}
+
+/// The rates of the books, likewise.
+struct WriteBooks<'a> {
+    outside: &'a Environment,
+    books: &'a mut [[f64; BOOK]],
+}
+
+impl WithSimd for WriteBooks<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let bodies = &self.outside.scene.bodies;
+        for (force, book) in self.books.iter_mut().enumerate() {
+            *book = self.outside.book(force, |body| (bodies[body].velocity, bodies[body].spin));
         }
     }
 }

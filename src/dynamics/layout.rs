@@ -161,6 +161,7 @@ impl BarycentricFrame {
     }
 
     /// The barycentre's departure from the nominal one, and the rate of that.
+    #[inline(always)]
     pub fn departure(&self, y: &[f64]) -> (Vec3, Vec3) {
         let at = self.layout.departure();
         if self.layout.forces == 0 { Default::default() } else { (vector(y, at), vector(y, at + 3)) }
@@ -186,6 +187,7 @@ impl BarycentricFrame {
 
     /// Shows the bodies of a vector at a time to forces from outside, but for their rotation matrices; attitudes as
     /// quaternions only where they are wanted.
+    #[inline(always)]
     pub fn show(&self, time: f64, y: &[f64], attitudes: bool, scene: &mut Scene) {
         let (departed, departing) = self.departure(y);
         let layout = self.layout;

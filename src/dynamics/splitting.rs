@@ -258,9 +258,7 @@ impl Splitting {
             spin[body] = at.spin + 0.5 * size * Vec3::from(self.spin_rate[body]);
         }
         for force in 0..layout.forces {
-            let mut book = [0.0; BOOK];
-            let motions = velocity.iter().copied().zip(spin.iter().copied());
-            dynamics.outside().book(force, motions, &mut book);
+            let book = dynamics.outside().book(force, |body| (velocity[body], spin[body]));
             let at = layout.book(force);
             (0..BOOK).for_each(|k| add(&mut high[at + k], &mut low[at + k], size * book[k]));
         }

@@ -301,8 +301,8 @@ impl System {
         Ok(result)
     }
 
-    /// What each force from outside does, by its place in the list. The state's own barycentre is the nominal one.
-    pub fn outside(&self, state: &State, patience: &mut Patience) -> Result<Vec<Vec<Load>>> {
+    /// What each force from outside does to the bodies that it acts on. The state's own barycentre is the nominal one.
+    pub fn outside(&self, state: &State, patience: &mut Patience) -> Result<Vec<Load>> {
         self.check(state, patience)?;
         let mut environment = self.environment()?;
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
@@ -313,12 +313,11 @@ impl System {
         environment.check(state.time, state.time)?;
         environment.switch(0.0)?;
         environment.load()?;
-        for (force, loads) in self.forces.iter().zip(environment.loads()) {
-            let finite = |load: &Load| load.force.iter().chain(&load.torque).all(|value| value.is_finite());
-            if !loads.iter().all(finite) {
-                let (force, detail) = (force.name().to_owned(), "it is not finite in this state".to_owned());
-                return Err(Error::ForceFailed { force, time: state.time, detail, answer: None });
-            }
+        let infinite = |load: &&Load| !load.force.iter().chain(&load.torque).all(|value| value.is_finite());
+        if let Some(load) = environment.loads().iter().find(infinite) {
+            let detail = "it is not finite in this state".to_owned();
+            let force = self.forces[load.of].name().to_owned();
+            return Err(Error::ForceFailed { force, time: state.time, detail, answer: None });
         }
         Ok(environment.loads().to_vec())
     }

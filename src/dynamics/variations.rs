@@ -207,17 +207,16 @@ impl Variations {
 
     /// What parameters do to the loads from outside, and these to the torques.
     fn force_outside(&mut self, outside: &Environment, g: f64) {
-        for (force, loads) in outside.loads().iter().enumerate() {
-            for (body, load) in loads.iter().enumerate() {
-                self.torque[body] += load.torque;
-                let acceleration = load.force / self.masses[body];
-                let turning = over(&load.torque, &self.inertia[body]);
-                for (k, parameter) in self.parameters.iter().enumerate() {
-                    let factor = parameter.of_rates(force, body, outside, g, &self.masses);
-                    let forcing = &mut self.forcing[k * self.bodies + body];
-                    forcing[0] += acceleration * factor;
-                    forcing[1] += turning * factor;
-                }
+        for load in outside.loads() {
+            let body = load.on;
+            self.torque[body] += load.torque;
+            let acceleration = load.force / self.masses[body];
+            let turning = over(&load.torque, &self.inertia[body]);
+            for (k, parameter) in self.parameters.iter().enumerate() {
+                let factor = parameter.of_rates(load.of, body, outside, g, &self.masses);
+                let forcing = &mut self.forcing[k * self.bodies + body];
+                forcing[0] += acceleration * factor;
+                forcing[1] += turning * factor;
             }
         }
     }

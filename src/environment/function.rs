@@ -163,7 +163,7 @@ impl Called {
             return failed(format!("its function gives {value}; expected finite numbers"), None);
         }
         for (body, load) in loads.iter_mut().enumerate() {
-            *load = Load { force: self.force[body], torque: self.torque[body] };
+            (load.force, load.torque) = (self.force[body], self.torque[body]);
             if let (Some(name), true) = (&self.points[body], load.torque != Vec3::zeros()) {
                 let detail =
                     format!("its function gives a torque on {name}, a point, which nothing can turn");

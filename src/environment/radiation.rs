@@ -81,7 +81,7 @@ enum Torque {
 /// A torque of radiation ready for computing.
 #[derive(Debug, Clone)]
 pub(super) struct Turning {
-    on: usize,
+    pub on: usize,
     body: String,
     inertia: Vec3,
     pole: Vec3,
@@ -128,7 +128,7 @@ impl Turning {
     pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
         let spin = scene.bodies[self.on].inertial_spin();
         let Some(axis) = spin.try_normalize(0.0) else {
-            loads[self.on].torque = Vec3::zeros();
+            loads[0].torque = Vec3::zeros();
             return;
         };
         let aside = axis.cross(&self.pole);
@@ -137,7 +137,7 @@ impl Turning {
         // From the pole to the spin, across the spin: there is no such direction where they are parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        loads[self.on].torque = turned_back(&scene.bodies[self.on].rotation, &torque);
+        loads[0].torque = turned_back(&scene.bodies[self.on].rotation, &torque);
     }
 }
 
@@ -228,7 +228,7 @@ impl Byorp {
 /// A force of radiation ready for computing.
 #[derive(Debug, Clone)]
 pub(super) struct Pushing {
-    on: usize,
+    pub on: usize,
     about: usize,
     force: f64,
     /// Body axes of the smallest and the largest moment of inertia.
@@ -270,14 +270,14 @@ impl Pushing {
         rate * rate + frequency * share < frequency
     }
 
+    #[inline(always)]
     pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
         let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
-        let momentum = r.cross(&v);
-        let forwards = momentum.cross(&r);
-        // That of forwards, whose factors are at right angles.
-        let length = (momentum.norm_squared() * r.norm_squared()).sqrt();
-        let acts = self.state.on && length > 0.0;
-        loads[self.on].force = forwards * if acts { self.force / length } else { 0.0 };
+        let forwards = v * r.norm_squared() - r * r.dot(&v);
+        // Root and quotient side by side: neither waits for the other.
+        let square = forwards.norm_squared();
+        let acts = self.state.on && square > 0.0;
+        loads[0].force = forwards * if acts { self.force * square.sqrt() * (1.0 / square) } else { 0.0 };
     }
 
     /// The derivatives of the force f t, with t along w = v - r (r.v) / r^2.

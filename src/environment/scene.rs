@@ -58,13 +58,19 @@ impl Actor {
     }
 }
 
-/// What one force does to a body.
+/// What one force does to one of the bodies that it acts on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
+    /// Place of the force in the list of forces.
+    pub of: usize,
+    /// Place of the body.
+    pub on: usize,
     /// The force, inertial.
     pub force: Vec3,
     /// The torque about the body's centre, body frame.
     pub torque: Vec3,
+    /// Whether it ever turns the body.
+    pub turns: bool,
 }
 
 /// Whether a force acts, and how often it has been switched off.

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
 use crate::shape::Body;
+use std::ops::Range;
 
 /// Numbers of a force in the books: work, impulse, angular impulse.
 pub const BOOK: usize = 7;
@@ -15,13 +16,17 @@ pub struct Environment {
     terms: Vec<Term>,
     /// The bodies at the place in question.
     pub scene: Scene,
-    loads: Vec<Vec<Load>>,
+    /// What the terms do, one after the other.
+    loads: Vec<Load>,
+    wants_attitudes: bool,
 }
 
 #[derive(Debug, Clone)]
 struct Term {
     name: String,
     law: Law,
+    /// Its part of all loads.
+    loads: Range<usize>,
 }
 
 #[derive(Debug, Clone)]
@@ -33,11 +38,24 @@ enum Law {
     Function(function::Called),
 }
 
+impl Law {
+    /// Places of the bodies that it acts on, in the order in which it gives their loads, and whether it ever turns them.
+    fn acts_on(&self, bodies: &[Body]) -> Vec<(usize, bool)> {
+        match self {
+            Self::ThirdBody(pull) => pull.turns().enumerate().collect(),
+            Self::Tide(tide) => vec![(tide.on, true), (tide.by, false)],
+            Self::Yorp(turn) => vec![(turn.on, true)],
+            Self::Byorp(push) => vec![(push.on, false)],
+            Self::Function(_) => (0..bodies.len()).map(|body| (body, true)).collect(),
+        }
+    }
+}
+
 impl Environment {
     /// The forces on bodies.
     pub fn new(forces: &[Force], bodies: &[Body], gravitational_constant: f64) -> Result<Self> {
-        let mut terms: Vec<Term> = Vec::new();
-        for force in forces {
+        let (mut terms, mut loads) = (Vec::<Term>::new(), Vec::new());
+        for (of, force) in forces.iter().enumerate() {
             let name = force.name().to_owned();
             if terms.iter().any(|term| term.name == name) {
                 return Err(Error::invalid("name of a force", format!("{name:?} twice"), "distinct names"));
@@ -49,20 +67,25 @@ impl Environment {
                 Force::Byorp(force) => Law::Byorp(force.ready(bodies, gravitational_constant)?),
                 Force::Function(force) => Law::Function(force.ready(bodies)?),
             };
-            terms.push(Term { name, law });
+            let first = loads.len();
+            let none = |(on, turns)| Load { of, on, force: Vec3::zeros(), torque: Vec3::zeros(), turns };
+            loads.extend(law.acts_on(bodies).into_iter().map(none));
+            terms.push(Term { name, law, loads: first..loads.len() });
         }
-        let none = vec![Load { force: Vec3::zeros(), torque: Vec3::zeros() }; bodies.len()];
-        Ok(Self { loads: vec![none; terms.len()], scene: Scene::new(bodies.len()), terms })
+        let wants_attitudes = terms.iter().any(|term| matches!(term.law, Law::Function(_)));
+        Ok(Self { terms, scene: Scene::new(bodies.len()), loads, wants_attitudes })
     }
 
-    /// What every force does to every body at the scene, by their places in the lists.
-    pub fn loads(&self) -> &[Vec<Load>] {
+    /// What the forces do at the scene, one force after the other.
+    #[inline]
+    pub fn loads(&self) -> &[Load] {
         &self.loads
     }
 
     /// Whether a force needs the attitudes as quaternions.
+    #[inline]
     pub fn wants_attitudes(&self) -> bool {
-        self.terms.iter().any(|term| matches!(term.law, Law::Function(_)))
+        self.wants_attitudes
     }
 
     /// Units of work of an evaluation, for [`crate::patience::Patience`].
@@ -78,7 +101,7 @@ impl Environment {
 
     /// Refuses a run that leaves the times for which a force is given, and third bodies that come inside the system.
     pub fn check(&mut self, from: f64, to: f64) -> Result<()> {
-        for Term { name, law } in &mut self.terms {
+        for Term { name, law, .. } in &mut self.terms {
             if let Law::ThirdBody(pull) = law {
                 pull.check(name, from, to, &self.scene)?;
             }
@@ -97,7 +120,7 @@ impl Environment {
 
     /// Decides at the start of a step what is switched on in it. Refuses a step in which a force loses its meaning.
     pub fn switch(&mut self, step: f64) -> Result<()> {
-        for Term { name, law } in &mut self.terms {
+        for Term { name, law, .. } in &mut self.terms {
             match law {
                 Law::Byorp(push) => push.switch(&self.scene),
                 Law::Yorp(turn) => turn.check(name, &self.scene, step)?,
@@ -130,8 +153,12 @@ impl Environment {
     }
 
     /// Computes the loads at the scene. Allocates nothing. What a force never does stays zero from the beginning.
+    #[inline(always)]
     pub fn load(&mut self) -> Result<()> {
-        for (Term { name, law }, loads) in self.terms.iter_mut().zip(&mut self.loads) {
+        let mut rest = &mut self.loads[..];
+        for Term { name, law, loads } in &mut self.terms {
+            let (loads, after) = std::mem::take(&mut rest).split_at_mut(loads.len());
+            rest = after;
             match law {
                 Law::ThirdBody(pull) => pull.load(name, &self.scene, loads)?,
                 Law::Tide(tide) => tide.load(&self.scene, loads),
@@ -145,7 +172,7 @@ impl Environment {
 
     /// Adds the derivatives of the loads that [`Self::load`] has computed last. Allocates nothing.
     pub fn slopes(&mut self, slopes: &mut LoadSlopes) -> Result<()> {
-        for Term { name, law } in &mut self.terms {
+        for Term { name, law, .. } in &mut self.terms {
             match law {
                 Law::ThirdBody(pull) => pull.slopes(name, &self.scene, slopes)?,
                 Law::Tide(tide) => tide.slopes(&self.scene, slopes),
@@ -176,26 +203,23 @@ impl Environment {
 
     /// Power, force and torque about the origin that a force has of the whole system, for velocities relative to the nominal
     /// barycentre and spins that may differ from the scene's.
-    #[inline]
-    pub fn book(&self, force: usize, motions: impl Iterator<Item = (Vec3, Vec3)>, out: &mut [f64; BOOK]) {
+    #[inline(always)]
+    pub fn book(&self, force: usize, motion: impl Fn(usize) -> (Vec3, Vec3)) -> [f64; BOOK] {
         let scene = &self.scene;
         let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
-        for ((body, Load { force: f, torque: m }), (velocity, spin)) in
-            scene.bodies.iter().zip(&self.loads[force]).zip(motions)
-        {
-            if *f != Vec3::zeros() {
-                power += f.dot(&velocity);
-                total += f;
-                moment += body.position.cross(f);
-            }
-            if *m != Vec3::zeros() {
-                power += m.dot(&spin);
-                moment += turned(&body.rotation, m);
+        for load in &self.loads[self.terms[force].loads.clone()] {
+            let (body, (velocity, spin)) = (&scene.bodies[load.on], motion(load.on));
+            power += load.force.dot(&velocity);
+            total += load.force;
+            moment += body.position.cross(&load.force);
+            if load.turns {
+                power += load.torque.dot(&spin);
+                moment += turned(&body.rotation, &load.torque);
             }
         }
         power += total.dot(&scene.origin_velocity);
         moment += scene.origin.cross(&total);
-        *out = [power, total.x, total.y, total.z, moment.x, moment.y, moment.z];
+        [power, total.x, total.y, total.z, moment.x, moment.y, moment.z]
     }
 
     /// The third bodies, as points among the system's bodies feel them.
@@ -221,7 +245,7 @@ impl Environment {
 
     fn pull(&self, force: usize) -> Result<(&str, &third_body::Pull)> {
         match self.terms.get(force) {
-            Some(Term { name, law: Law::ThirdBody(pull) }) => Ok((name, pull)),
+            Some(Term { name, law: Law::ThirdBody(pull), .. }) => Ok((name, pull)),
             _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
         }
     }

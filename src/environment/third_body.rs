@@ -68,11 +68,14 @@ impl ThirdBody {
     pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Pull> {
         require_positive(&format!("mu of {}", self.name), self.mu)?;
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
+        // Seen from the system, the path is that of the system about the third body, mirrored.
+        let mirrored = self.of == WhoseOrbit::System;
         let motion = match &self.path {
             Path::Orbit { elements, time } => {
                 require_finite(&format!("time of the elements of {}", self.name), &[*time])?;
                 let orbit = OrbitPath::new(elements, self.mu + gravitational_constant * total);
                 let orbit = orbit.map_err(|error| error.of(&self.name))?;
+                let orbit = if mirrored { orbit.mirrored() } else { orbit };
                 Motion::Orbit {
                     cells: Box::new(OrbitCells::new(orbit)),
                     time: *time,
@@ -80,12 +83,13 @@ impl ThirdBody {
                 }
             }
             Path::Table { times, positions } => {
-                Motion::Table(Spline::new(&format!("times of {}", self.name), times, positions)?)
+                let sign = if mirrored { -1.0 } else { 1.0 };
+                let positions: Vec<_> = positions.iter().map(|place| place.map(|x| sign * x)).collect();
+                Motion::Table(Spline::new(&format!("times of {}", self.name), times, &positions)?)
             }
         };
         Ok(Pull {
             mu: self.mu,
-            sign: if self.of == WhoseOrbit::System { -1.0 } else { 1.0 },
             motion,
             largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
             bodies: bodies.iter().map(Pulled::new).collect(),
@@ -103,7 +107,6 @@ enum Motion {
 #[derive(Debug, Clone)]
 pub(super) struct Pull {
     pub mu: f64,
-    sign: f64,
     motion: Motion,
     /// The largest radius of a body.
     largest: f64,
@@ -129,24 +132,27 @@ impl Pulled {
 impl Pull {
     /// Position and velocity from the nominal barycentre.
     pub fn place(&self, time: f64) -> Result<(Vec3, Vec3)> {
-        let (position, velocity) = match &self.motion {
-            Motion::Orbit { cells, time: epoch, .. } => cells.orbit().after(time - epoch)?,
+        match &self.motion {
+            Motion::Orbit { cells, time: epoch, .. } => cells.orbit().after(time - epoch),
             Motion::Table(spline) => {
                 let (position, velocity) = spline.at(time);
-                (Vec3::from(position), Vec3::from(velocity))
+                Ok((Vec3::from(position), Vec3::from(velocity)))
             }
-        };
-        Ok((position * self.sign, velocity * self.sign))
+        }
     }
 
     /// The position alone, quickly.
-    #[inline]
+    #[inline(always)]
     pub fn position(&mut self, time: f64) -> Result<Place> {
-        let place = match &mut self.motion {
-            Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch)?,
-            Motion::Table(spline) => Place::from(Vec3::from(spline.at(time).0)),
-        };
-        Ok(Place { position: place.position * self.sign, ..place })
+        match &mut self.motion {
+            Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch),
+            Motion::Table(spline) => Ok(Place::from(Vec3::from(spline.at(time).0))),
+        }
+    }
+
+    /// Whether it turns each of the bodies: not those whose field is that of a point.
+    pub fn turns(&self) -> impl Iterator<Item = bool> {
+        self.bodies.iter().map(|body| body.extended.is_some())
     }
 
     /// First and last time for which the path is given.
@@ -188,6 +194,7 @@ impl Pull {
         Err(Error::invalid(format!("{what} of {name}"), nearest, expected))
     }
 
+    #[inline(always)]
     pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut [Load]) -> Result<()> {
         let Place { position: p, inverse_square, inverse_cube } = self.position(scene.time)?;
         for ((at, body), load) in scene.bodies.iter().zip(&mut self.bodies).zip(loads) {
@@ -196,34 +203,26 @@ impl Pull {
             let from = p - r;
             let q = -r.dot(&(from + p)) * inverse_square;
             let Powers { f, square, cube } = Powers::of(q);
-            let cube = inverse_cube * cube;
-            let strength = self.mu * body.mass;
-            load.force = (r + f * p) * (-strength * cube);
-            let inside = || Error::ForceFailed {
-                force: name.to_owned(),
-                time: scene.time,
-                detail: format!("it comes inside {}", body.name),
-                answer: None,
-            };
-            let inverse_square = inverse_square * square;
+            let (inverse_square, cube) = (inverse_square * square, inverse_cube * cube);
+            let strength = -self.mu * body.mass;
+            let mut pull = (r + f * p) * cube;
             if let Some(extended) = &mut body.extended {
                 let turn = &at.rotation;
-                let (excess, moment) =
-                    extended.at(&turned_back(turn, &from), inverse_square, cube).ok_or_else(inside)?;
-                load.force -= turned(turn, &excess) * strength;
-                load.torque = moment * -strength;
+                let Some((excess, moment)) = extended.at(&turned_back(turn, &from), inverse_square, cube)
+                else {
+                    return Err(inside(name, scene.time, body));
+                };
+                pull += turned(turn, &excess);
+                load.torque = moment * strength;
             } else if inverse_square * body.radius * body.radius > 1.0 {
-                return Err(inside());
+                return Err(inside(name, scene.time, body));
             }
+            load.force = pull * strength;
         }
         // The fall of the barycentre has no bound there.
         if inverse_square * self.largest * self.largest > 1.0 {
-            return Err(Error::ForceFailed {
-                force: name.to_owned(),
-                time: scene.time,
-                detail: "it comes as near to the barycentre as the largest body is wide".to_owned(),
-                answer: None,
-            });
+            let detail = "it comes as near to the barycentre as the largest body is wide";
+            return Err(failed(name, scene.time, detail));
         }
         Ok(())
     }
@@ -255,6 +254,16 @@ impl Pull {
         }
         Ok(())
     }
+}
+
+#[cold]
+fn failed(name: &str, time: f64, detail: &str) -> Error {
+    Error::ForceFailed { force: name.to_owned(), time, detail: detail.to_owned(), answer: None }
+}
+
+#[cold]
+fn inside(name: &str, time: f64, body: &Pulled) -> Error {
+    failed(name, time, &format!("it comes inside {}", body.name))
 }
 
 /// What is needed of 1 + q.

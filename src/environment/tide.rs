@@ -57,13 +57,14 @@ impl Tide {
 /// A tide ready for computing.
 #[derive(Debug, Clone)]
 pub(super) struct Lagging {
-    on: usize,
+    pub on: usize,
     pub by: usize,
     /// 3 k2 G m^2 R^5 tau.
     strength: f64,
 }
 
 impl Lagging {
+    #[inline(always)]
     pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
         let on = &scene.bodies[self.on];
         let (r, v) = scene.bodies[self.by].relative(on);
@@ -72,8 +73,9 @@ impl Lagging {
         // Of 1/r^10 one factor 1/r^2 stands in the bracket, which then has the size of v.
         let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + r.cross(&spin) + v;
         let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
-        loads[self.by].force = force;
-        loads[self.on] = Load { force: -force, torque: turned_back(&on.rotation, &-r.cross(&force)) };
+        loads[0].force = -force;
+        loads[0].torque = turned_back(&on.rotation, &force.cross(&r));
+        loads[1].force = force;
     }
 
     /// With b the bracket and k = strength / r^8, so that F = -k b, and the torque M = -R^T (r x F) in the body frame.

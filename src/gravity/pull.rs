@@ -51,7 +51,7 @@ impl ExtendedPull {
 
     /// At a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3, per unit GM: g + x/|x|^3, and x cross g. `None` inside
     /// the body.
-    #[inline]
+    #[inline(always)]
     pub fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         if inverse_square < self.quadrupole_to {
             // grad of 3/2 x.Dx / |x|^5.
@@ -63,6 +63,7 @@ impl ExtendedPull {
         self.near(x, inverse_cube)
     }
 
+    #[cold]
     fn near(&mut self, x: &Vec3, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
@@ -205,19 +206,11 @@ impl BodyPull {
     }
 
     /// As [`ExtendedPull::at`].
-    #[inline]
+    #[inline(always)]
     pub fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         match self {
             Self::Ordinary(pull) => pull.at(x, inverse_square, inverse_cube),
-            Self::Composite(parts) => {
-                let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());
-                for part in parts {
-                    let (field, turning) = part.at(x, inverse_square, inverse_cube)?;
-                    excess += field;
-                    moment += turning;
-                }
-                Some((excess, moment))
-            }
+            Self::Composite(parts) => PartPull::sum(parts, x, inverse_square, inverse_cube),
         }
     }
 
@@ -244,6 +237,17 @@ impl BodyPull {
 }
 
 impl PartPull {
+    /// The sum over all parts.
+    fn sum(parts: &mut [Self], x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+        let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for part in parts {
+            let (field, turning) = part.at(x, inverse_square, inverse_cube)?;
+            excess += field;
+            moment += turning;
+        }
+        Some((excess, moment))
+    }
+
     /// The part's field less that of its mass at the body's centre and less the dipole there, and its moment about that centre
     /// less the dipole's: the dipoles of all parts cancel.
     ///

@@ -44,6 +44,11 @@ impl OrbitPath {
         })
     }
 
+    /// The path of the centre about the body: the same, mirrored at the centre.
+    pub fn mirrored(self) -> Self {
+        Self { to_periapsis: -self.to_periapsis, across: -self.across, ..self }
+    }
+
     /// Position and velocity a time after that of the elements.
     pub fn after(&self, time: f64) -> Result<(Vec3, Vec3)> {
         let mean = self.mean_anomaly + self.mean_motion * time;
@@ -99,14 +104,15 @@ pub struct Place {
 
 impl Place {
     #[inline(always)]
-    fn new(position: Vec3, inverse_square: f64) -> Self {
-        Self { position, inverse_square, inverse_cube: inverse_square * inverse_square.sqrt() }
+    fn new(position: Vec3, inverse: f64) -> Self {
+        let inverse_square = inverse * inverse;
+        Self { position, inverse_square, inverse_cube: inverse_square * inverse }
     }
 }
 
 impl From<Vec3> for Place {
     fn from(position: Vec3) -> Self {
-        Self::new(position, 1.0 / position.norm_squared())
+        Self::new(position, 1.0 / position.norm())
     }
 }
 
@@ -126,7 +132,7 @@ pub struct OrbitCells {
 struct Cell {
     /// Its middle, in half widths.
     middle: f64,
-    /// Of the position and 1/r^2, by powers of the time in the stretch, from -1 to 1.
+    /// Of the position and 1/r, by powers of the time in the stretch, from -1 to 1.
     coefficients: [[f64; 4]; OrbitCells::TERMS],
 }
 
@@ -156,7 +162,7 @@ impl OrbitCells {
     }
 
     /// The place a time after that of the elements.
-    #[inline]
+    #[inline(always)]
     pub fn after(&mut self, time: f64) -> Result<Place> {
         let widths = time * self.per_half_width;
         let x = match self.cells[0].within(widths) {
@@ -192,7 +198,7 @@ impl OrbitCells {
         for k in 0..Self::TERMS {
             let angle = PI * (k as f64 + 0.5) / n;
             let (position, _) = self.orbit.after((middle + angle.cos()) * self.half_width)?;
-            let numbers = [position.x, position.y, position.z, 1.0 / position.norm_squared()];
+            let numbers = [position.x, position.y, position.z, 1.0 / position.norm()];
             for (j, c) in chebyshev.iter_mut().enumerate() {
                 let weight = (j as f64 * angle).cos() * if j == 0 { 1.0 } else { 2.0 } / n;
                 c.iter_mut().zip(numbers).for_each(|(c, number)| *c += weight * number);

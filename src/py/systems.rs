@@ -136,10 +136,16 @@ impl PySystem {
     /// Forces (F, N, 3) and torques (F, N, 3) of each force from outside.
     fn outside<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>)> {
         let loads = listening(py, |patience| self.inner.outside(&state.inner, patience))?;
-        let shape = [loads.len(), self.inner.bodies().len(), 3];
-        let all =
-            |of: fn(&Load) -> Vec3| loads.iter().flatten().flat_map(|load| of(load).data.0[0]).collect();
-        Ok((array(py, all(|load| load.force), &shape)?, array(py, all(|load| load.torque), &shape)?))
+        let shape = [self.inner.forces().len(), self.inner.bodies().len(), 3];
+        let all = |of: fn(&Load) -> Vec3| {
+            let mut values = vec![0.0; shape.iter().product()];
+            for load in &loads {
+                let at = 3 * (load.of * shape[1] + load.on);
+                values[at..at + 3].copy_from_slice(of(load).as_slice());
+            }
+            array(py, values, &shape)
+        };
+        Ok((all(|load| load.force)?, all(|load| load.torque)?))
     }
 
     /// Positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
