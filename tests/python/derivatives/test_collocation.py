@@ -19,7 +19,7 @@ COARSE = [
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_lone_body_turns_about_a_principal_axis(axis):
-    # The equations of departures have constant coefficients, and an exponential as their solution. It grows for the middle axis.
+    # The equations of departures have constant coefficients: an exponential solves them. For the middle axis it grows.
     body = fullbody.Body(fullbody.Ellipsoid(1.0, 0.6, 0.1), mass=1.0)
     system = fullbody.System([body], G=1.0)
     spin = np.zeros(3)
@@ -48,8 +48,8 @@ def all_parameters(system):
 
 
 def test_other_units_of_length_and_mass():
-    # In other units of length all places, velocities and semi-axes are f times as large and G f^3 times; in those of mass
-    # all masses are f times as large and G 1/f times.
+    # In units of length that are smaller by a factor f all places, velocities and semi-axes are f times as large, and G
+    # f^3 times; in such units of mass all masses are f times as large, and G 1/f times.
     system, state = tumbling()
     run = system.integrate(state, 12.0, output="ends", integrator=TIGHT, derivatives=all_parameters(system))
     value = {"G": float(system.G)}
