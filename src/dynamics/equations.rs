@@ -442,7 +442,7 @@ impl Dynamics {
     }
 }
 
-/// [`Dynamics::load_outside`] by the instructions of a path.
+/// [`Dynamics::load_outside`], compiled for the instructions of each path.
 struct LoadOutside<'a> {
     dynamics: &'a mut Dynamics,
     time: f64,

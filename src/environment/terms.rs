@@ -155,10 +155,8 @@ impl Environment {
     /// Computes the loads at the scene. Allocates nothing. What a force never does stays zero from the beginning.
     #[inline(always)]
     pub fn load(&mut self) -> Result<()> {
-        let mut rest = &mut self.loads[..];
         for Term { name, law, loads } in &mut self.terms {
-            let (loads, after) = std::mem::take(&mut rest).split_at_mut(loads.len());
-            rest = after;
+            let loads = &mut self.loads[loads.clone()];
             match law {
                 Law::ThirdBody(pull) => pull.load(name, &self.scene, loads)?,
                 Law::Tide(tide) => tide.load(&self.scene, loads),

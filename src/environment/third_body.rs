@@ -68,7 +68,7 @@ impl ThirdBody {
     pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Pull> {
         require_positive(&format!("mu of {}", self.name), self.mu)?;
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
-        // Seen from the system, the path is that of the system about the third body, mirrored.
+        // Whoever moves about whom: seen from the other one, the path is mirrored.
         let mirrored = self.of == WhoseOrbit::System;
         let motion = match &self.path {
             Path::Orbit { elements, time } => {
