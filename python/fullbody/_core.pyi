@@ -40,12 +40,12 @@ class Attraction:
         self,
         positions: _Array,
         attitudes: _Array,
-        states: npt.NDArray[np.int64],
+        states: npt.NDArray[np.int64] | None,
         points: _Array,
         shape: list[int],
         body: int | None,
-        gradient: bool,
-    ) -> list[_Array]: ...
+        out: list[_Array],
+    ) -> None: ...
 
 @final
 class Body:

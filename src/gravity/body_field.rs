@@ -31,6 +31,17 @@ pub(super) enum Kind {
     Polyhedral(Box<Polyhedral>),
 }
 
+/// A body's gravity where the body is.
+#[derive(Debug, Clone, Copy)]
+pub struct Attractor<'a> {
+    /// The gravity in the body's frame.
+    pub field: &'a BodyField,
+    /// The body's centre in the frame of the points.
+    pub position: Vec3,
+    /// Turns the body's vectors into that frame.
+    pub rotation: Mat3,
+}
+
 /// A polyhedron's gravity with its mass.
 #[derive(Debug, Clone)]
 pub(super) struct Polyhedral {
@@ -68,6 +79,11 @@ impl PartField {
             Kind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm)))
         };
         Ok(Self { position: part.position(), turn: canonical * part.rotation().transpose(), kind })
+    }
+
+    /// The part's centre in the frame of the points, and what turns that frame's vectors into its own.
+    pub fn placed(&self, attractor: &Attractor<'_>) -> (Vec3, Mat3) {
+        (attractor.position + attractor.rotation * self.position, self.turn * attractor.rotation.transpose())
     }
 }
 

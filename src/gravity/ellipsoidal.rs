@@ -3,7 +3,7 @@
 //! Inside, kappa is zero: Phi = GM/2 sum_i (a_i^2 - x_i^2) R_i and g_i = -GM x_i R_i with constant R_i, and the gradient is
 //! -GM diag(R_i), of the trace -4 pi G rho. Outside see [`super::PointField::bend`].
 
-use super::{FarCut, FarSeries, FieldKernel, Near, bent};
+use super::{FarCut, FarSeries, Near, bent};
 use crate::math::Mat3;
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::{Ellipsoid, Shape};
@@ -137,8 +137,8 @@ impl Ellipsoidal {
         let (potential, field, outside) = match form {
             Form::Near(near) => near.anywhere(x),
             Form::Far(cut) => {
-                let (excess, field) = self.series.cut(cut).excess_potential(x);
-                (x[0].constant(1.0) / dot(x, x).sqrt() + excess, field, x[0].constant(1.0))
+                let (potential, field) = self.series.cut(cut).potential_and_field(x);
+                (potential, field, x[0].constant(1.0))
             }
             Form::Point => return self.point(x),
         };

@@ -212,6 +212,46 @@ impl Far<'_> {
             squares: self.squares(u),
         }
     }
+
+    /// Phi r - 1, 1/r and the field. With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
+    #[inline(always)]
+    fn share<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, Lanes<S, N>, PointField<S, N>) {
+        let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
+        let (eta, inverse) = self.root(squares);
+        let c = |value| eta.constant(value);
+        let w = eta + c(1.0);
+        let v = w.sqrt();
+        let near = inverse.sqrt();
+        let u = w * inverse;
+        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let [rf] = polynomials(&self.series.rf[..self.cut.terms], u);
+        let rf = u * u * rf;
+        let beyond = [u * first, u * (first + second), u * (first + third)];
+        let weighted = dot(squares, beyond) * inverse;
+        // v - 1 = eta / (v + 1)
+        let v_minus_one = eta / (v + c(1.0));
+        let excess =
+            c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0)) + c(1.5) * v * rf + c(-0.5) * v * w * weighted;
+        let cube = u * v * near;
+        let rd =
+            [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
+        let (second, third) = (cube * u * second, cube * u * third);
+        let rd_difference = [third - second, -third, second];
+        (excess, near, PointField { rd, rd_difference, squares: self.squares(u) })
+    }
+
+    /// Phi of a unit GM and the field.
+    #[inline(always)]
+    pub fn potential_and_field<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (Lanes<S, N>, PointField<S, N>) {
+        let (excess, near, field) = self.share(x);
+        (near.mul_add(excess, near), field)
+    }
 }
 
 impl FieldKernel for Far<'_> {
@@ -254,32 +294,12 @@ impl FieldKernel for Far<'_> {
         self.series.differences
     }
 
-    /// With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
     fn excess_potential<S: Simd, const N: usize>(
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>) {
-        let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
-        let (eta, inverse) = self.root(squares);
-        let c = |value| eta.constant(value);
-        let w = eta + c(1.0);
-        let v = w.sqrt();
-        let u = w * inverse;
-        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
-        let [rf] = polynomials(&self.series.rf[..self.cut.terms], u);
-        let rf = u * u * rf;
-        let beyond = [u * first, u * (first + second), u * (first + third)];
-        let weighted = dot(squares, beyond) * inverse;
-        // v - 1 = eta / (v + 1)
-        let v_minus_one = eta / (v + c(1.0));
-        let excess =
-            c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0)) + c(1.5) * v * rf + c(-0.5) * v * w * weighted;
-        let cube = u * u.sqrt();
-        let rd =
-            [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
-        let (second, third) = (cube * u * second, cube * u * third);
-        let rd_difference = [third - second, -third, second];
-        (excess * inverse.sqrt(), PointField { rd, rd_difference, squares: self.squares(u) })
+        let (excess, near, field) = self.share(x);
+        (excess * near, field)
     }
 }

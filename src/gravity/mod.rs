@@ -15,6 +15,7 @@
 //! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
 
 mod anywhere;
+mod block;
 mod body_field;
 mod ellipsoidal;
 mod far;
@@ -26,12 +27,12 @@ mod polyhedral;
 mod pull;
 
 pub use anywhere::Anywhere;
-pub use body_field::BodyField;
+pub use body_field::{Attractor, BodyField};
 pub use ellipsoidal::{Ellipsoidal, Gravity};
 pub use far::{Far, FarCut, FarSeries};
 pub use layer::Layer;
 pub use layer_pull::LayerPull;
-pub use many::{Attractor, Points, Wanted};
+pub use many::{Points, Wanted};
 pub use near::{Near, kappa};
 pub use polyhedral::{Facets, PolyhedralField};
 pub(crate) use pull::slopes_of_point;

@@ -174,7 +174,11 @@ impl Pair {
             other => other,
         };
         // Semi-axes act by the focal ellipse.
-        let flat = if set.focal_axes()[0] > 0.0 { Carrier::FocalEllipse } else { Carrier::Centre };
+        let flat = match carrier {
+            Carrier::FocalEllipse(_) => carrier,
+            _ if set.focal_axes()[0] > 0.0 => Carrier::FocalEllipse(0.0),
+            _ => Carrier::Centre,
+        };
         let (own, degree) = (rule.nodes.clone(), rule.degree);
         let mut nodes = |wanted| {
             let nodes = if wanted == carrier {

@@ -79,21 +79,21 @@ impl<const D: usize> AddAssign for Sums<D> {
 impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
     type Output = Sums<D>;
 
-    /// With six registers side by side, and what remains with four and two: the processor does not wait for itself.
+    /// With six registers side by side, and what remains with five, four or two: the processor does not wait for itself.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Sums<D> {
         let zero = Total::zero(simd);
         let mut running = Running { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
-        let registers = self.nodes.weights.len() / S::F64_LANES;
-        let (sixes, rest) = (registers / 6, registers % 6);
-        for k in 0..sixes {
-            running.add::<_, 6>(simd, &self, 6 * k);
+        let registers = self.nodes.len().div_ceil(S::F64_LANES);
+        let whole = registers - registers % 6;
+        for register in (0..whole).step_by(6) {
+            running.add::<_, 6>(simd, &self, register);
         }
-        if rest >= 4 {
-            running.add::<_, 4>(simd, &self, 6 * sixes);
-        }
-        if rest % 4 >= 2 {
-            running.add::<_, 2>(simd, &self, registers - 2);
+        match registers - whole {
+            5 => running.add::<_, 5>(simd, &self, whole),
+            3 | 4 => running.add::<_, 4>(simd, &self, whole),
+            1 | 2 => running.add::<_, 2>(simd, &self, whole),
+            _ => {}
         }
         let mut moment = [Vec3::zeros(); D];
         for k in 0..D {

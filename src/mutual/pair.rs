@@ -61,7 +61,12 @@ impl Pair {
             Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
             _ => None,
         };
-        let carriers = [carrier(method, &bodies[0], &bodies[1]), carrier(method, &bodies[1], &bodies[0])];
+        // Of an order that is prescribed all rings have the angles.
+        let thinned = if fixed.is_none() { tolerance } else { 0.0 };
+        let carriers = [
+            carrier(method, &bodies[0], &bodies[1], thinned),
+            carrier(method, &bodies[1], &bodies[0], thinned),
+        ];
         let points = bodies.iter().all(|body| body.shape == Shape::Point);
         Self {
             method: if points { Method::Point } else { method },
@@ -346,7 +351,7 @@ impl Pair {
 }
 
 /// The points that stand for a body in the field of the other one.
-fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
+fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity, thinned: f64) -> Carrier {
     /// The difference of the paper's pressures across the shortest axis c loses up to 1.5 epsilon (a + a') / c of the
     /// force, a and a' the longest semi-axes of both bodies: the default tolerance at thirty.
     const PRESSURES_TELL: f64 = 30.0;
@@ -357,7 +362,7 @@ fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity) -> Carrier {
             Carrier::Pressures
         }
         (Method::Surface, Some(_)) => Carrier::Surface(semi_axes),
-        _ if set.focal_axes()[0] > 0.0 => Carrier::FocalEllipse,
+        _ if set.focal_axes()[0] > 0.0 => Carrier::FocalEllipse(thinned),
         _ => Carrier::Centre,
     }
 }

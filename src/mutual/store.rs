@@ -24,8 +24,8 @@ pub(super) enum Carrier {
     Pressures,
     /// Its surface, by the field; the semi-axes are in the canonical frame.
     Surface([f64; 3]),
-    /// Its focal ellipse.
-    FocalEllipse,
+    /// Its focal ellipse, with as many angles on inner rings as a tolerance needs; as on the outermost one if that is zero.
+    FocalEllipse(f64),
     /// Its centre: a sphere, whose focal ellipse has shrunk to it, or a point mass.
     Centre,
     /// The layer on a polyhedron's circumscribed sphere.
@@ -40,12 +40,14 @@ impl Carrier {
         if self == Self::Faces { Order { gauss: 0, angles: 0 } } else { order }
     }
 
-    /// A number and semi-axes to look it up by, and how its nodes are made from these; none where they belong to one polyhedron.
+    /// A number and three more to look it up by, and how its nodes are made from these; none where they belong to one polyhedron.
     fn shared(self) -> Option<(u8, [f64; 3], Maker)> {
         Some(match self {
             Self::Pressures => (0, [0.0; 3], |order, _| Nodes::sphere(order)),
             Self::Surface(semi_axes) => (1, semi_axes, Nodes::surface),
-            Self::FocalEllipse => (2, [0.0; 3], |order, _| Nodes::focal(order)),
+            Self::FocalEllipse(tolerance) => {
+                (2, [tolerance, 0.0, 0.0], |order, [tolerance, ..]| Nodes::focal(order, tolerance))
+            }
             Self::Centre => (3, [0.0; 3], |_, _| Nodes::centre()),
             Self::Faces => (4, [0.0; 3], |_, _| Nodes::triangles()),
             Self::Layer => return None,
@@ -92,9 +94,9 @@ pub struct Store {
 impl Store {
     /// The nodes of an order; none where they belong to one polyhedron.
     pub(super) fn nodes(&self, order: Order, carrier: Carrier) -> Option<Arc<Nodes>> {
-        let (number, semi_axes, make) = carrier.shared()?;
-        let key = (order, (number, semi_axes.map(f64::to_bits)));
-        Some(kept(&self.nodes, key, Nodes::len, MOST_POINTS, || make(order, semi_axes)))
+        let (number, more, make) = carrier.shared()?;
+        let key = (order, (number, more.map(f64::to_bits)));
+        Some(kept(&self.nodes, key, Nodes::len, MOST_POINTS, || make(order, more)))
     }
 
     /// The far-field series of a shape.

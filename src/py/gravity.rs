@@ -10,11 +10,10 @@ use crate::math::lanes::VectorPath;
 use crate::math::rotation;
 use crate::names::Named;
 use crate::patience::Patience;
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pulp::Arch;
 use pyo3::prelude::*;
-
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+use std::ops::Range;
 
 /// The gravity of bodies, ready for points.
 #[pyclass(frozen, name = "Attraction", module = "fullbody._core")]
@@ -28,8 +27,8 @@ struct Query<'a> {
     /// Positions and attitudes of all bodies, state by state.
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
-    /// For each point the place of its state.
-    states: &'a [i64],
+    /// For each point the place of its state, where there are several.
+    states: Option<&'a [i64]>,
     points: &'a [f64],
     /// The shape in which the caller counts the points.
     shape: &'a [usize],
@@ -55,65 +54,75 @@ impl PyAttraction {
         Ok(Self { fields, arch })
     }
 
-    /// At points (P, 3) the potential (P,) and the field (P, 3), or the gradient (P, 3, 3) alone. The bodies are where the state
-    /// of each point, a place (P,) in positions (K N, 3) and attitudes (K N, 4), has them. Errors count points in a shape.
+    /// At points (P, 3) the potential (P,) and the field (P, 3), or the gradient (P, 3, 3) alone, by what the list of arrays to be
+    /// filled holds. The bodies are where the state of each point, a place (P,) in positions (K N, 3) and attitudes (K N, 4), has
+    /// them; in the only state without. Errors count points in a shape.
     #[expect(clippy::too_many_arguments)]
-    fn gravity<'py>(
+    fn gravity(
         &self,
-        py: Python<'py>,
-        positions: PyReadonlyArrayDyn<'py, f64>,
-        attitudes: PyReadonlyArrayDyn<'py, f64>,
-        states: PyReadonlyArray1<'py, i64>,
-        points: PyReadonlyArray2<'py, f64>,
+        py: Python<'_>,
+        positions: PyReadonlyArrayDyn<'_, f64>,
+        attitudes: PyReadonlyArrayDyn<'_, f64>,
+        states: Option<PyReadonlyArray1<'_, i64>>,
+        points: PyReadonlyArray2<'_, f64>,
         shape: Vec<usize>,
         body: Option<usize>,
-        gradient: bool,
-    ) -> PyResult<Vec<Array<'py>>> {
-        let (points, states) = (points.as_slice()?, states.as_slice()?);
+        mut out: Vec<PyReadwriteArrayDyn<'_, f64>>,
+    ) -> PyResult<()> {
+        let points = points.as_slice()?;
+        let states = states.as_ref().map(|states| states.as_slice()).transpose()?;
         let (positions, attitudes) = (vectors("positions", &positions)?, rows::<4>("attitudes", &attitudes)?);
         let query = Query { positions, attitudes, states, points, shape: &shape, body };
-        let count = states.len();
-        // Memory of numpy's own comes in large pages, which many points are filled in the faster for.
-        let zeros = |shape: &[usize]| PyArrayDyn::<f64>::zeros(py, shape, false);
-        if gradient {
-            let all = zeros(&[count, 3, 3]);
-            let mut write = all.try_readwrite()?;
-            let wanted = Wanted::Gradient(write.as_slice_mut()?);
-            listening(py, |patience| self.each(&query, wanted, patience))?;
-            return Ok(vec![all]);
-        }
-        let (potential, field) = (zeros(&[count]), zeros(&[count, 3]));
-        let (mut first, mut second) = (potential.try_readwrite()?, field.try_readwrite()?);
-        let wanted = Wanted::Field(first.as_slice_mut()?, second.as_slice_mut()?);
-        listening(py, |patience| self.each(&query, wanted, patience))?;
-        Ok(vec![potential, field])
+        let wanted = match out.as_mut_slice() {
+            [potential, field] => Wanted::Field(potential.as_slice_mut()?, field.as_slice_mut()?),
+            [gradient] => Wanted::Gradient(gradient.as_slice_mut()?),
+            others => {
+                return Err(Error::invalid("out", format!("{} arrays", others.len()), "one or two").into());
+            }
+        };
+        listening(py, |patience| self.each(&query, wanted, patience))
     }
 }
 
 impl PyAttraction {
     /// The gravity at the points, those of one state after the other.
     fn each(&self, query: &Query<'_>, wanted: Wanted<'_>, patience: &mut Patience) -> Result<(), Error> {
+        let Some(states) = query.states else {
+            return query.points_of(0..query.points.len() / 3).gravity(
+                &self.attractors(query, 0),
+                wanted,
+                self.arch,
+                patience,
+            );
+        };
         let (mut wanted, mut before) = (wanted, 0);
-        let bodies = self.fields.len();
-        for states in query.states.chunk_by(|one, next| one == next) {
-            let places = query.body.map_or(0..bodies, |body| body..body + 1);
-            let attractors: Vec<_> = places
-                .map(|body| {
-                    let row = states[0] as usize * bodies + body;
-                    Attractor {
-                        field: &self.fields[body],
-                        position: query.positions[row],
-                        rotation: rotation::matrix(query.attitudes[row]),
-                    }
-                })
-                .collect();
+        for states in states.chunk_by(|one, next| one == next) {
             let end = before + states.len();
             let (now, later) = wanted.split_at(states.len());
-            let coordinates = &query.points[3 * before..3 * end];
-            let points = Points { coordinates, shape: query.shape, before };
-            points.gravity(&attractors, now, self.arch, patience)?;
+            let attractors = self.attractors(query, states[0] as usize);
+            query.points_of(before..end).gravity(&attractors, now, self.arch, patience)?;
             (wanted, before) = (later, end);
         }
         Ok(())
+    }
+
+    /// The bodies that are asked for, as they are in a state.
+    fn attractors(&self, query: &Query<'_>, state: usize) -> Vec<Attractor<'_>> {
+        let bodies = self.fields.len();
+        let places = query.body.map_or(0..bodies, |body| body..body + 1);
+        places
+            .map(|body| {
+                let row = state * bodies + body;
+                let (position, rotation) = (query.positions[row], rotation::matrix(query.attitudes[row]));
+                Attractor { field: &self.fields[body], position, rotation }
+            })
+            .collect()
+    }
+}
+
+impl Query<'_> {
+    fn points_of(&self, places: Range<usize>) -> Points<'_> {
+        let coordinates = &self.points[3 * places.start..3 * places.end];
+        Points { coordinates, shape: self.shape, before: places.start }
     }
 }

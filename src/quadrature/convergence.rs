@@ -23,6 +23,10 @@
 //! |t + i rho| at rho = h + i v, the sum of the semi-axes of the ellipse with foci +-1 through that point: h + sqrt(h^2 - 1) in
 //! the disc's plane, about twice that of the angles.
 //!
+//! A ring of radius rho within the disc is the edge of a smaller disc, from which the other body is further away in units of
+//! its radius: sinh V grows by 1/rho or more, and the ring needs fewer angles. The outermost ring has those of its own disc; what
+//! the inner ones need follows from their number ([`angles_of_ring`]).
+//!
 //! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
 //! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
 
@@ -31,7 +35,7 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Ellipsoid;
 use pulp::Scalar;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Order of a product rule: Gauss points in one direction, equal angles in the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -91,17 +95,38 @@ pub fn focal_degrees(
     tolerance: f64,
 ) -> Option<[usize; 2]> {
     let p = ellipsoid.focal_axes()[0];
-    let h = (centre.xy().norm() - other_focal).max(0.0) / p;
-    let v = (centre.z.abs() - other_focal).max(0.0) / p;
-    let beyond = h * h - v * v - 1.0;
-    let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
-    let degree = degree_for(sinh + length(1.0, sinh), tolerance, 1.0, 1)?;
     // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no more
     // than the point moves.
     let (h, v) = (centre.xy().norm() / p, centre.z / p);
     let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
     let radial = degree_for(semi_major + (semi_major * semi_major - 1.0).sqrt(), tolerance, 0.0, 0)?;
+    // A rule that stays in use may have one radius more.
+    let outermost = p * outermost_ring(Order::focal([radial; 2]).gauss + 1);
+    let h = (centre.xy().norm() - other_focal).max(0.0) / outermost;
+    let v = (centre.z.abs() - other_focal).max(0.0) / outermost;
+    let beyond = h * h - v * v - 1.0;
+    let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
+    let degree = degree_for(sinh + length(1.0, sinh), tolerance, 1.0, 1)?;
     Some([degree, radial.min(degree)])
+}
+
+/// No less than the radius of the outermost ring of a focal rule: its t = sqrt(1 - rho^2) is the least positive root of
+/// P_{2n+1}, near sin(pi / (2n + 3/2)) and above 0.99 of that.
+fn outermost_ring(gauss: usize) -> f64 {
+    let t = 0.99 * (PI / (2.0 * gauss as f64 + 1.5)).sin();
+    ((1.0 - t) * (1.0 + t)).sqrt()
+}
+
+/// The angles of a ring that is `times` smaller than the outermost one, whose own meet the tolerance; as many if that is zero.
+pub fn angles_of_ring(outermost: usize, times: f64, tolerance: f64) -> usize {
+    let degree = outermost as f64 - 2.0;
+    if degree < 1.0 || tolerance <= 0.0 {
+        return outermost;
+    }
+    // The slowest rate at which so many are enough: the fixed point of a contraction by about the degree.
+    let digits = -tolerance.ln();
+    let speed = (0..20).fold(digits / degree, |speed, _| (digits - (digits / speed).ln_1p()) / degree);
+    (degree_of((times * speed.sinh()).asinh(), tolerance, 1.0, 1) + 1).min(outermost)
 }
 
 /// Numbers near one do not overflow, and `hypot` takes as long as the rest.
@@ -118,9 +143,13 @@ pub fn layer_degree(rate: f64, tolerance: f64) -> Option<usize> {
 /// The smallest degree L with L^-power rate^-L below the tolerance, and `more`: the torque is smaller than lever times
 /// force by about the rate, and so must be its error.
 fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
-    let plain = -tolerance.ln() / rate.ln();
-    (rate >= SLOWEST_RATE)
-        .then(|| (plain - power * plain.ln_1p() / rate.ln()).ceil().max(0.0) as usize + more)
+    (rate >= SLOWEST_RATE).then(|| degree_of(rate.ln(), tolerance, power, more))
+}
+
+/// The same from the rate's logarithm.
+fn degree_of(speed: f64, tolerance: f64, power: f64, more: usize) -> usize {
+    let plain = -tolerance.ln() / speed;
+    (plain - power * plain.ln_1p() / speed).ceil().max(0.0) as usize + more
 }
 
 /// A first guess for close bodies: the degree by the ratio of the conformal radii of two confocal ellipses.

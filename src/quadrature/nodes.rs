@@ -2,6 +2,7 @@
 
 use super::Order;
 use super::cells::MOST as MOST_OF_CELL;
+use super::convergence::angles_of_ring;
 use crate::gravity::Layer;
 use crate::math::lanes::BLOCK;
 use crate::math::triangle::{self, TriangleNode};
@@ -68,13 +69,17 @@ impl Nodes {
     /// With x = sqrt(1 - t^2) cos(alpha) the mean is int 3 t^2 dt over [0, 1] of the mean over alpha, which is even
     /// in t. The Gauss rule of n points for the weight t^2 on [-1, 1] is that of Legendre with 2 n + 1 points less the one
     /// at zero, each weight times t^2: P_{2n+1}(t)/t is orthogonal to all lower powers under t^2.
-    pub fn focal(order: Order) -> Self {
+    ///
+    /// The order's angles are those of the outermost ring; with a tolerance the inner ones have no more than they need for it.
+    pub fn focal(order: Order, tolerance: f64) -> Self {
         let mut nodes = Self::empty();
         let rule = GaussLegendre::new(nonzero(2 * order.gauss + 1));
-        for (&t, &weight) in rule.nodes().zip(rule.weights()) {
-            if t > 1e-9 {
-                nodes.ring(((1.0 - t) * (1.0 + t)).sqrt(), 0.0, 3.0 * t * t * weight, order.angles);
-            }
+        let positive = || rule.nodes().zip(rule.weights()).filter(|(t, _)| **t > 1e-9);
+        let radius = |t: f64| ((1.0 - t) * (1.0 + t)).sqrt();
+        let outermost = positive().map(|(&t, _)| radius(t)).fold(0.0, f64::max);
+        for (&t, &weight) in positive() {
+            let angles = angles_of_ring(order.angles, outermost / radius(t), tolerance);
+            nodes.ring(radius(t), 0.0, 3.0 * t * t * weight, angles);
         }
         nodes.padded()
     }

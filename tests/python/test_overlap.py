@@ -74,7 +74,7 @@ def test_circumscribed_spheres_may_overlap():
 def test_a_quadrature_at_its_limit_says_so():
     """Sharp rims almost in contact: an error of its own, which does not advise the method in use."""
     disc = (1.0, 1.0, 0.02)
-    system, state = pair(disc, disc, [0.0, 0.0, 0.05])
+    system, state = pair(disc, disc, [0.3, 0.1, 0.043])
     with pytest.raises(fullbody.NotConverged, match="Alpha and Beta") as caught:
         system.interactions(state)
     assert isinstance(caught.value, RuntimeError)

@@ -74,8 +74,8 @@ def _within(part: Any, points: _Numbers) -> npt.NDArray[np.bool_]:
     alone = _core.Attraction([_core.Body("part", shape, mass)], 1.0, "auto")
     local = np.ascontiguousarray((points - position) @ np.array(rotation))
     centre, unturned = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
-    of = np.zeros(len(local), dtype=np.int64)
-    (gradient,) = alone.gravity(centre, unturned, of, local, [len(local)], None, True)
+    gradient = np.empty((len(local), 3, 3))
+    alone.gravity(centre, unturned, None, local, [len(local)], None, [gradient])
     volume = shape.volume if isinstance(shape, _core.Polyhedron) else 4.0 / 3.0 * np.pi * np.prod(shape)
     inside: npt.NDArray[np.bool_] = np.trace(gradient, axis1=1, axis2=2) < -2.0 * np.pi * mass / volume
     return inside

@@ -84,17 +84,16 @@ def gravity_at(
     """
     shape = points.shape[:-1]
     flat = np.ascontiguousarray(points.reshape(-1, 3))
-    of = np.zeros(len(flat), dtype=np.int64) if states is None else np.ascontiguousarray(states.reshape(-1))
+    of = None if states is None else np.ascontiguousarray(states.reshape(-1))
 
-    def ask(gradient: bool) -> list[_Numbers]:
-        found = attraction.gravity(
-            positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, gradient
-        )
+    def ask(*shapes: tuple[int, ...]) -> list[_Numbers]:
+        found = [np.empty((len(flat), *numbers)) for numbers in shapes]
+        attraction.gravity(positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, found)
         return [array.reshape(shape + array.shape[1:]) for array in found]
 
-    potential, field = ask(False)
+    potential, field = ask((), (3,))
     return Gravity(
         units.attach(potential, "potential"),
         units.attach(field, "acceleration"),
-        lambda: units.attach(ask(True)[0], "gravity gradient"),
+        lambda: units.attach(ask((3, 3))[0], "gravity gradient"),
     )

@@ -79,7 +79,7 @@ def kw4():
 def test_a_particle_flies_as_a_body_of_next_to_no_mass():
     system, state = kw4()
     x, v = np.array([[4.0, 1.0, 0.4], [-1.4, 0.2, 0.0]]), np.array([[-0.2, 0.6, 0.1], [-0.2, -1.2, 0.1]])
-    tiny = [fullbody.Body(fullbody.PointMass(), mass=1e-18, name=name) for name in "PQ"]
+    tiny = [fullbody.Body(fullbody.PointMass(), mass=1e-30, name=name) for name in "PQ"]
     many = fullbody.System([*system.bodies, *tiny], G=system.G)
     still = np.array([[1.0, 0.0, 0.0, 0.0]] * 2)
     with_tiny = fullbody.State(

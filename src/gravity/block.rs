@@ -1,0 +1,211 @@
+//! The gravity of bodies at the points of a block, over lanes of points.
+//!
+//! Points that need the same form of an ellipsoid's field are brought together, and no lane looks at another.
+
+use super::body_field::{Attractor, Kind, Polyhedral, columns};
+use super::ellipsoidal::{Ellipsoidal, Gravity, MOST_FORMS, turned};
+use crate::math::lanes::{BLOCK, Lanes, Total, dot, load_vector, minus, splat_vector};
+use crate::math::{Mat3, Vec3};
+use pulp::{Simd, WithSimd};
+use std::ops::Range;
+
+/// Columns of results: Phi and g, or the six of the gradient.
+pub const fn width(gradient: bool) -> usize {
+    if gradient { 6 } else { 4 }
+}
+
+/// Lists that a thread uses again and again. Those of points of a block fill whole lanes.
+pub struct Room {
+    points: [Vec<f64>; 3],
+    /// The results, a list for each of the numbers of a point.
+    pub out: [Vec<f64>; 6],
+    /// Points in the frame and the unit of a part, and the forms that they need.
+    local: [Vec<f64>; 3],
+    levels: Vec<f64>,
+    /// The same with those of a level together, each level filling whole lanes, and the results there.
+    sorted: [Vec<f64>; 3],
+    found: [Vec<f64>; 6],
+    order: Vec<u16>,
+}
+
+impl Room {
+    /// For so many points.
+    pub fn new(points: usize) -> Self {
+        let lanes = points.next_multiple_of(BLOCK);
+        let sorted = lanes + MOST_FORMS.min(points) * BLOCK;
+        let list = |_| vec![0.0; lanes];
+        Self {
+            points: [(); 3].map(list),
+            out: [(); 6].map(list),
+            local: [(); 3].map(list),
+            levels: list(()),
+            sorted: [(); 3].map(|()| vec![0.0; sorted]),
+            found: [(); 6].map(|()| vec![0.0; sorted]),
+            order: vec![0; sorted],
+        }
+    }
+}
+
+/// What bodies do at the points of a block, left in `room.out`; whether all of it is finite.
+pub struct Block<'a, const GRADIENT: bool> {
+    pub attractors: &'a [Attractor<'a>],
+    pub points: &'a [[f64; 3]],
+    pub room: &'a mut Room,
+}
+
+impl<const GRADIENT: bool> WithSimd for Block<'_, GRADIENT> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Self { attractors, points, room } = self;
+        let count = points.len();
+        let [x, y, z] = &mut room.points;
+        for (((x, y), z), point) in x.iter_mut().zip(y).zip(z).zip(points) {
+            (*x, *y, *z) = (point[0], point[1], point[2]);
+        }
+        // The last point fills the lanes.
+        for column in &mut room.points {
+            let last = column[count - 1];
+            column[count..count.next_multiple_of(BLOCK)].fill(last);
+        }
+        let mut fresh = true;
+        for attractor in attractors {
+            for part in &attractor.field.parts {
+                let placed = part.placed(attractor);
+                match &part.kind {
+                    Kind::Ellipsoidal(kind) => {
+                        add_ellipsoidal::<S, GRADIENT>(simd, kind, &placed, count, fresh, room);
+                    }
+                    Kind::Polyhedral(kind) => add_polyhedral::<GRADIENT>(kind, &placed, points, fresh, room),
+                }
+                fresh = false;
+            }
+        }
+        // No finite number times zero is anything but zero.
+        let zero = Lanes::<S>::splat(simd, 0.0);
+        let mut sum = zero;
+        for column in &room.out[..width(GRADIENT)] {
+            for block in Lanes::<S>::blocks(simd, &column[..count.next_multiple_of(BLOCK)]) {
+                sum = block.mul_add(zero, sum);
+            }
+        }
+        let mut total = Total::zero(simd);
+        total.add(sum);
+        total.value() == 0.0
+    }
+}
+
+/// Point by point: the lanes are at work within each. The first part of all replaces what the columns had.
+fn add_polyhedral<const GRADIENT: bool>(
+    polyhedral: &Polyhedral,
+    (position, turn): &(Vec3, Mat3),
+    points: &[[f64; 3]],
+    fresh: bool,
+    room: &mut Room,
+) {
+    for (k, point) in points.iter().enumerate() {
+        let x = turn * (Vec3::from(*point) - position);
+        let mut f = polyhedral.at(&x);
+        f.field = turn.tr_mul(&f.field);
+        f.gradient = turn.tr_mul(&(f.gradient * turn));
+        let all = if GRADIENT && polyhedral.is_surface(&x) { [f64::NAN; 10] } else { columns(&f) };
+        let wanted = if GRADIENT { &all[4..] } else { &all[..4] };
+        for (column, value) in room.out.iter_mut().zip(wanted) {
+            column[k] = if fresh { *value } else { column[k] + value };
+        }
+    }
+}
+
+#[inline(always)]
+fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
+    simd: S,
+    ellipsoidal: &Ellipsoidal,
+    (position, turn): &(Vec3, Mat3),
+    count: usize,
+    fresh: bool,
+    room: &mut Room,
+) {
+    let lanes = BLOCK / Lanes::<S>::PER_BLOCK;
+    let centre = splat_vector(simd, position);
+    let (mut nearest, mut farthest) = (Lanes::splat(simd, f64::INFINITY), Lanes::splat(simd, 0.0));
+    for block in 0..count.div_ceil(lanes) {
+        let x = load_vector(simd, &room.points, block);
+        let from = ellipsoidal.in_unit(turned(minus(x, centre), turn));
+        let level = ellipsoidal.level(dot(from, from));
+        (nearest, farthest) = (nearest.min(level), farthest.max(level));
+        level.store(&mut room.levels, block);
+        for i in 0..3 {
+            from[i].store(&mut room.local[i], block);
+        }
+    }
+    let nearest = nearest.reduce_min();
+    if nearest == farthest.reduce_max() {
+        let blocks = 0..count.div_ceil(lanes);
+        let Room { local, out, .. } = room;
+        return evaluate::<S, GRADIENT>(simd, ellipsoidal, nearest as usize, turn, local, blocks, fresh, out);
+    }
+    let runs = sort(&room.levels[..count], lanes, &mut room.order);
+    for (sorted, local) in room.sorted.iter_mut().zip(&room.local) {
+        let order = &room.order[..runs[MOST_FORMS - 1].end.next_multiple_of(lanes)];
+        sorted.iter_mut().zip(order).for_each(|(to, from)| *to = local[*from as usize]);
+    }
+    for (level, Range { start, end }) in runs.into_iter().enumerate() {
+        let blocks = start / lanes..end.div_ceil(lanes);
+        evaluate::<S, GRADIENT>(simd, ellipsoidal, level, turn, &room.sorted, blocks, true, &mut room.found);
+        for (column, found) in room.out.iter_mut().zip(&room.found).take(width(GRADIENT)) {
+            for (place, found) in room.order[start..end].iter().zip(&found[start..end]) {
+                let sum = &mut column[*place as usize];
+                *sum = if fresh { *found } else { *sum + found };
+            }
+        }
+    }
+}
+
+/// What there is at blocks of lanes, by one form: in place of what the columns had, or added to it.
+#[expect(clippy::too_many_arguments)]
+#[inline(always)]
+fn evaluate<S: Simd, const GRADIENT: bool>(
+    simd: S,
+    ellipsoidal: &Ellipsoidal,
+    level: usize,
+    turn: &Mat3,
+    y: &[Vec<f64>; 3],
+    blocks: Range<usize>,
+    fresh: bool,
+    out: &mut [Vec<f64>; 6],
+) {
+    let Some(&(_, form)) = ellipsoidal.forms.get(level) else { return };
+    let zero = Lanes::splat(simd, 0.0);
+    for block in blocks {
+        let Gravity { potential, field: [x, y, z], gradient } =
+            ellipsoidal.by(form, load_vector(simd, y, block)).turned_back(turn);
+        let found = if GRADIENT { gradient } else { [potential, x, y, z, zero, zero] };
+        for k in 0..width(GRADIENT) {
+            let before = if fresh { zero } else { Lanes::load(simd, &out[k], block) };
+            (before + found[k]).store(&mut out[k], block);
+        }
+    }
+}
+
+/// The order that brings the points of a level together, and their range. Each level fills whole lanes, by its first point.
+fn sort(levels: &[f64], lanes: usize, order: &mut [u16]) -> [Range<usize>; MOST_FORMS] {
+    let mut runs = [const { 0..0_usize }; MOST_FORMS];
+    levels.iter().for_each(|level| runs[*level as usize].end += 1);
+    let mut start = 0;
+    for run in &mut runs {
+        let count = run.end;
+        (run.start, run.end) = (start, start);
+        start += count.next_multiple_of(lanes);
+    }
+    for (place, level) in levels.iter().enumerate() {
+        let next = &mut runs[*level as usize].end;
+        order[*next] = place as u16;
+        *next += 1;
+    }
+    for run in runs.iter().filter(|run| !run.is_empty()) {
+        let first = order[run.start];
+        order[run.end..run.end.next_multiple_of(lanes)].fill(first);
+    }
+    runs
+}
