@@ -303,8 +303,8 @@ fn bad_meshes_name_the_face() {
     let described = serde_json::json!({ "vertices": corners, "faces": CUBE });
     let body = Body::with_mass("A", serde_json::from_value(described).unwrap(), 1.0).unwrap();
     let system = System::new(vec![body], 1.0, Settings::default()).unwrap();
-    let [still, there] = [vec![Vec3::zeros()], vec![[1.0, 0.0, 0.0, 0.0]]];
-    let state = State::new(0.0, still.clone(), still.clone(), there, still).unwrap();
+    let still = vec![Vec3::zeros()];
+    let state = State::new(0.0, still.clone(), still.clone(), vec![[1.0, 0.0, 0.0, 0.0]], still).unwrap();
     let used = system.interactions(&state, &mut Patience::endless());
     assert!(refusal(used).contains("crossing or touching face"));
     // Two cubes that share space; one within another one that is not a hollow.
