@@ -84,7 +84,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
     fn with_simd<S: Simd>(self, simd: S) -> Sums<D> {
         let zero = Total::zero(simd);
         let mut running = Running { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
-        let registers = self.nodes.len().div_ceil(S::F64_LANES);
+        let registers = self.nodes.count.div_ceil(S::F64_LANES);
         let whole = registers - registers % 6;
         for register in (0..whole).step_by(6) {
             running.add::<_, 6>(simd, &self, register);

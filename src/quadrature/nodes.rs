@@ -28,6 +28,8 @@ pub struct Stretch<'a> {
     pub points: [&'a [f64]; 3],
     /// Weights.
     pub weights: &'a [f64],
+    /// Number of points that carry weight.
+    pub count: usize,
 }
 
 /// The most nodes that are summed one after the other.
@@ -133,7 +135,8 @@ impl Nodes {
     fn stretch(&self, range: Range<usize>) -> Stretch<'_> {
         let [x, y, z] = &self.points;
         let points = [&x[range.clone()], &y[range.clone()], &z[range.clone()]];
-        Stretch { points, weights: &self.weights[range] }
+        let count = self.count.min(range.end) - range.start;
+        Stretch { points, weights: &self.weights[range], count }
     }
 
     /// Number of points that carry weight.
