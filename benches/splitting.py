@@ -3,7 +3,8 @@
     python benches/splitting.py
 
 Ratios are what counts: machines differ and are shared. In version 0.2.0 the splitting took 0.62 (ellipsoids) and 0.34
-(spheroids) of a year by the Verner98 of that version.
+(spheroids) of a year by the Verner98 of that version. Since tops turn in closed form it takes 0.37 and 0.53 of what it
+took then.
 """
 
 from __future__ import annotations
