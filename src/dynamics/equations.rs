@@ -2,13 +2,12 @@
 
 use super::layout::vector;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
-use crate::environment::{BOOK, Environment, Switch};
+use crate::environment::{Environment, Switch};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
-use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
@@ -33,16 +32,16 @@ pub struct Dynamics {
     /// Parts in which it is made: links, and the nodes of their rules.
     parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
-    acceleration: Vec<Vec3>,
-    torque: Vec<Vec3>,
+    pub(super) acceleration: Vec<Vec3>,
+    pub(super) torque: Vec<Vec3>,
     /// Where the barycentre nominally is.
-    frame: BarycentricFrame,
+    pub(super) frame: BarycentricFrame,
     pub(super) outside: Environment,
     /// 1 over the mass of each body, and of all.
-    inverse_mass: Vec<f64>,
-    inverse_total: f64,
+    pub(super) inverse_mass: Vec<f64>,
+    pub(super) inverse_total: f64,
     /// What the forces from outside give the barycentre.
-    barycentre_acceleration: Vec3,
+    pub(super) barycentre_acceleration: Vec3,
 }
 
 impl System {
@@ -150,16 +149,6 @@ impl Dynamics {
     /// Units of work of a part with the rules in force, for [`Patience`].
     pub fn work(&self) -> u64 {
         self.work
-    }
-
-    /// Refuses a run for which the forces from outside do not hold, from a vector at a time to another time.
-    pub fn check_outside(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
-        if self.layout.forces > 0 {
-            self.turn(y);
-            self.show(time, y);
-            self.outside.check(time, until)?;
-        }
-        Ok(())
     }
 
     /// Checks a state and chooses the rules for a step of size `step` from it.
@@ -280,34 +269,10 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 && part + 1 == self.parts.len() {
-            let arch = self.system.arch();
-            arch.dispatch(LoadOutside { dynamics: self, time, y })
+            self.add_outside(time, y)
         } else {
             Ok(())
         }
-    }
-
-    /// Adds what comes from outside: to the bodies' motion about the barycentre, and to that of the barycentre.
-    #[inline(always)]
-    fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
-        self.show(time, y);
-        self.outside.load().map_err(|error| Rejected::Failed(Box::new(error)))?;
-        let mut total = Vec3::zeros();
-        for load in self.outside.loads() {
-            total += load.force;
-            self.acceleration[load.on] += load.force * self.inverse_mass[load.on];
-            if load.turns {
-                self.torque[load.on] += load.torque;
-            }
-        }
-        self.barycentre_acceleration = total * self.inverse_total;
-        self.acceleration.iter_mut().for_each(|a| *a -= self.barycentre_acceleration);
-        Ok(())
-    }
-
-    /// What forces from outside give the barycentre.
-    pub fn barycentre_acceleration(&self) -> Vec3 {
-        self.barycentre_acceleration
     }
 
     /// Accelerations of the centres and torques on the bodies.
@@ -366,14 +331,6 @@ impl Dynamics {
         }
     }
 
-    /// The rates of the books at the vector of the last evaluation.
-    pub fn quadratures(&self, rate: &mut [f64]) {
-        if self.layout.forces > 0 {
-            let books = rate[self.layout.book(0)..].as_chunks_mut::<BOOK>().0;
-            self.system.arch().dispatch(WriteBooks { outside: &self.outside, books });
-        }
-    }
-
     /// Energy with the rules in force.
     pub fn energy(
         &mut self,
@@ -409,13 +366,6 @@ impl Dynamics {
         invariants::angular_momentum_of_vector(&self.system.bodies, &self.frame, time, y)
     }
 
-    /// Shows a vector whose rotations are known to the forces from outside.
-    #[inline(always)]
-    pub(super) fn show(&mut self, time: f64, y: &[f64]) {
-        let attitudes = self.outside.wants_attitudes();
-        self.frame.show(time, y, attitudes, &mut self.outside.scene);
-    }
-
     pub(super) fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             self.outside.scene.bodies[body].rotation = self.attitude(y, body);
@@ -438,40 +388,6 @@ impl Dynamics {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
             rotation_first: self.outside.scene.bodies[i].rotation,
             rotation_second: self.outside.scene.bodies[j].rotation,
-        }
-    }
-}
-
-/// [`Dynamics::load_outside`], compiled for the instructions of each path.
-struct LoadOutside<'a> {
-    dynamics: &'a mut Dynamics,
-    time: f64,
-    y: &'a [f64],
-}
-
-impl WithSimd for LoadOutside<'_> {
-    type Output = std::result::Result<(), Rejected>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.dynamics.load_outside(self.time, self.y)
-    }
-}
-
-/// The rates of the books, likewise.
-struct WriteBooks<'a> {
-    outside: &'a Environment,
-    books: &'a mut [[f64; BOOK]],
-}
-
-impl WithSimd for WriteBooks<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let bodies = &self.outside.scene.bodies;
-        for (force, book) in self.books.iter_mut().enumerate() {
-            *book = self.outside.book(force, |body| (bodies[body].velocity, bodies[body].spin));
         }
     }
 }

@@ -12,6 +12,7 @@ mod invariants;
 mod jacobi;
 mod jacobian;
 mod layout;
+mod outside;
 mod parameter;
 mod products;
 mod quadrature;

@@ -317,13 +317,6 @@ fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
 }
 
 impl Dynamics {
-    /// Adds what the forces from outside have of the derivatives.
-    fn slopes_outside(&mut self, time: f64, y: &[f64], slopes: &mut LoadSlopes) -> Result<()> {
-        self.show(time, y);
-        self.outside.load()?;
-        self.outside.slopes(slopes)
-    }
-
     /// Makes ready, with the rules in force, for [`Variations::look`]. May allocate: call it between steps.
     pub fn prepare_variations(&mut self, time: f64, patience: &mut Patience) -> Result<()> {
         for (.., link) in &mut self.links {
