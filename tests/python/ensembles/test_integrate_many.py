@@ -136,7 +136,7 @@ def test_each_failure_is_the_answer_of_its_own_member():
         "ends": (SYSTEM, STATE),
         "collides": spheres(-1.0),
         "overlaps": (spheres()[0], State([[0, 0, 0], [1.5, 0, 0]], rest)),
-        "does not converge": (rims, State([[0, 0, 0], [0, 0, 0.05]], rest)),
+        "does not converge": (rims, State([[0, 0, 0], [0.3, 0.1, 0.043]], rest)),
         "falls": (points(1.0, 3.0), State([[0, 0, 0], [1.5, 0, 0]], rest)),
         "is no pair": SYSTEM,
         "is no system": (STATE, SYSTEM),
