@@ -5,7 +5,8 @@
 The year is run alternately without derivatives, with the 24 x 24 transition matrix, with all masses and semi-axes too,
 and with the indicators of chaos; the ratios are medians over the rounds. Differences of runs take 25 years for the
 matrix (one beside the motion itself for each of the 24 numbers), twice as many with central ones, and have half of the
-digits.
+digits. GUBAS-RS (commit 2a07388) carries 30 dual numbers through its series: the matrix of two ellipsoids to its
+order 4, by RK7(8) at 1e-13 for 12 hours, took it 25.7 s where the run alone took 0.51 s.
 """
 
 import statistics
@@ -13,6 +14,8 @@ import sys
 import time
 
 import fullbody
+
+PEERS = "differences 25, GUBAS-RS 51"
 
 HOURS = float(sys.argv[1]) if len(sys.argv) > 1 else 8766.0
 ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 3
@@ -40,7 +43,7 @@ def main():
             for name, options in kinds.items():
                 ratios[name].append(seconds(system, state, **options) / alone)
         columns = ", ".join(f"{name} {statistics.median(values):.2f}" for name, values in ratios.items())
-        print(f"{gravity:12} {columns}; differences 25")
+        print(f"{gravity:12} {columns}; {PEERS}")
 
 
 def seconds(system, state, **options):
