@@ -117,16 +117,22 @@ fn outermost_ring(gauss: usize) -> f64 {
     ((1.0 - t) * (1.0 + t)).sqrt()
 }
 
-/// The angles of a ring that is `times` smaller than the outermost one, whose own meet the tolerance; as many if that is zero.
+/// The angles of a ring that is `times` smaller than the outermost one, whose own meet the tolerance; as many if that is zero, or so
+/// loose that at no rate so many are needed.
 pub fn angles_of_ring(outermost: usize, times: f64, tolerance: f64) -> usize {
     let degree = outermost as f64 - 2.0;
     if degree < 1.0 || tolerance <= 0.0 {
         return outermost;
     }
-    // The slowest rate at which so many are enough: the fixed point of a contraction by about the degree.
+    // The slowest rate at which so many are enough, from above: the fixed point of a contraction by about the degree.
     let digits = -tolerance.ln();
-    let speed = (0..20).fold(digits / degree, |speed, _| (digits - (digits / speed).ln_1p()) / degree);
-    (degree_of((times * speed.sinh()).asinh(), tolerance, 1.0, 1) + 1).min(outermost)
+    let slower = |speed: f64| ((digits - (digits / speed).ln_1p()) / degree).max(0.0);
+    let speed = (0..100).fold(digits / degree, |speed, _| slower(speed));
+    if speed > 0.0 {
+        (degree_of((times * speed.sinh()).asinh(), tolerance, 1.0, 1) + 1).min(outermost)
+    } else {
+        outermost
+    }
 }
 
 /// Numbers near one do not overflow, and `hypot` takes as long as the rest.

@@ -144,6 +144,9 @@ fn weights_add_up_to_one_and_padding_weighs_nothing() {
         (Nodes::focal(order(100, 401), 0.0), 40100),
         // 15, 14 and 11 angles.
         (Nodes::focal(order(3, 15), 1e-14), 40),
+        // A tolerance for which so many angles are never needed says nothing of the inner rings.
+        (Nodes::focal(order(4, 40), 1e-2), 160),
+        (Nodes::focal(order(4, 40), 0.9), 160),
     ] {
         assert!(rule.len() == count && !rule.is_empty());
         assert_eq!(rule.weights.len() % BLOCK, 0);
