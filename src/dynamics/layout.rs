@@ -191,10 +191,10 @@ impl BarycentricFrame {
     pub fn show(&self, time: f64, y: &[f64], attitudes: bool, scene: &mut Scene) {
         let (departed, departing) = self.departure(y);
         let layout = self.layout;
-        let vectors = |from: usize| y[from..].as_chunks::<3>().0.iter().map(|&c| Vec3::from(c));
-        let own = vectors(layout.position(0)).zip(vectors(layout.velocity(0))).zip(vectors(layout.spin(0)));
-        for (at, ((position, velocity), spin)) in scene.bodies.iter_mut().zip(own) {
-            (at.position, at.velocity, at.spin) = (departed + position, departing + velocity, spin);
+        for (body, at) in scene.bodies.iter_mut().enumerate() {
+            at.position = departed + vector(y, layout.position(body));
+            at.velocity = departing + vector(y, layout.velocity(body));
+            at.spin = vector(y, layout.spin(body));
         }
         if attitudes {
             (0..layout.bodies).for_each(|body| scene.bodies[body].attitude = self.attitude(body, y));

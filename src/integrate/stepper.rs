@@ -4,8 +4,10 @@ use super::control::{Controller, Tolerance};
 use super::segment::Segment;
 use super::tableau::Tableau;
 use crate::error::{Error, Refusal, Result};
-use crate::math::compensated::{Compensated, two_sum};
-use crate::math::rows::{Advance, Increments, LargestChanges, Sums, Term, WeightedRows, stride};
+use crate::math::compensated::Compensated;
+use crate::math::rows::{
+    Advance, InOnePart, InTwoParts, LargestChanges, Sums, Term, WeightedRows, stride, whole,
+};
 use crate::patience::Patience;
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
@@ -136,7 +138,7 @@ pub struct Stepper {
     /// The vector of the last step's start in both its parts, of the length of a row.
     from: [Vec<f64>; 2],
     trial: Vec<f64>,
-    /// What the coefficients' low parts add to it.
+    /// The low part of a step's end.
     tail: Vec<f64>,
     /// The last step: where it began, how long it was, and its polynomial once that was asked for.
     last: Segment,
@@ -468,26 +470,19 @@ impl Stepper {
 
     /// y + size sum_j a_ij k_j, of the numbers that matter.
     fn fill_trial(&mut self, equations: &impl Equations, stage: usize, size: f64) {
-        let numbers = stride(equations.dependent(self.high.len()));
-        let [high, low] = &self.from;
-        equations.arch().dispatch(Advance {
-            rows: WeightedRows { terms: &self.terms[stage], rows: &self.stages, stride: self.trial.len() },
-            from: [&high[..numbers], &low[..numbers]],
-            size,
-            out: &mut self.trial[..numbers],
-        });
+        let numbers = whole(equations.dependent(self.high.len()));
+        let advance = advance(&self.terms[stage], &self.stages, &self.from, numbers, size);
+        equations.arch().dispatch(InOnePart(advance, &mut self.trial[..numbers]));
     }
 
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {
-        let (terms, stride) = (&self.terms[self.tableau.a.len()], self.trial.len());
-        let rows = WeightedRows { terms, rows: &self.stages, stride };
-        equations.arch().dispatch(Increments(rows, [&mut self.trial, &mut self.tail]));
-        let vector = self.high.iter_mut().zip(self.low.iter_mut());
-        for ((increment, tail), (high, low)) in self.trial.iter().zip(&self.tail).zip(vector) {
-            let (sum, error) = two_sum(*high, size * increment);
-            let (sum, error) = two_sum(sum, error + (*low + size * tail));
-            (*high, *low) = (sum, error);
-        }
+        let dimension = self.high.len();
+        let terms = &self.terms[self.tableau.a.len()];
+        let advance = advance(terms, &self.stages, &self.from, whole(dimension), size);
+        let parts = [&mut self.trial[..whole(dimension)], &mut self.tail[..whole(dimension)]];
+        equations.arch().dispatch(InTwoParts(advance, parts));
+        self.high.copy_from_slice(&self.trial[..dimension]);
+        self.low.copy_from_slice(&self.tail[..dimension]);
         equations.restore(&mut self.high, &mut self.low);
         if self.remaining(end) == size {
             self.time = Compensated::new(end);
@@ -587,6 +582,18 @@ fn evaluate(
         equations.quadratures(rate);
     }
     Ok(())
+}
+
+/// A step from a vector along the rates of stages, of its first numbers.
+fn advance<'a>(
+    terms: &'a [Term],
+    rates: &'a [f64],
+    from: &'a [Vec<f64>; 2],
+    numbers: usize,
+    size: f64,
+) -> Advance<'a> {
+    let rows = WeightedRows { terms, rows: rates, stride: from[0].len() };
+    Advance { rows, from: [&from[0][..numbers], &from[1][..numbers]], size }
 }
 
 fn counts(tableau: &Tableau) -> Vec<bool> {

@@ -12,6 +12,15 @@ pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - b_virtual)) + (b - b_virtual))
 }
 
+/// [`two_sum`] in every lane.
+#[inline(always)]
+pub fn two_sum_in<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s) {
+    let sum = simd.add_f64s(a, b);
+    let b_virtual = simd.sub_f64s(sum, a);
+    let lost = simd.sub_f64s(a, simd.sub_f64s(sum, b_virtual));
+    (sum, simd.add_f64s(lost, simd.sub_f64s(b, b_virtual)))
+}
+
 /// The product of two numbers and its rounding error, exactly.
 #[inline(always)]
 pub fn two_product(a: f64, b: f64) -> (f64, f64) {
@@ -38,10 +47,8 @@ pub fn add_all<S: Simd>(simd: S, high: &mut [f64], low: &mut [f64], size: f64, c
     let factor = simd.splat_f64s(size);
     for ((high, low), change) in high.iter_mut().zip(low).zip(changes) {
         let change = simd.mul_f64s(factor, *change);
-        let sum = simd.add_f64s(*high, change);
-        let added = simd.sub_f64s(sum, *high);
-        let lost = simd.sub_f64s(*high, simd.sub_f64s(sum, added));
-        let tail = simd.add_f64s(simd.add_f64s(lost, simd.sub_f64s(change, added)), *low);
+        let (sum, error) = two_sum_in(simd, *high, change);
+        let tail = simd.add_f64s(error, *low);
         *high = simd.add_f64s(sum, tail);
         *low = simd.sub_f64s(tail, simd.sub_f64s(*high, sum));
     }

@@ -1,14 +1,24 @@
 //! Rows of doubles, one number of a vector in each column: weighted sums and largest changes, a register of columns at a time.
 
+use super::compensated::two_sum_in;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Registers of a row that are summed side by side.
 const COLUMNS: usize = 4;
 
-/// Length of rows that can be summed in whole groups of registers on every path.
+/// Numbers in whole registers of every path.
+const REGISTER: usize = 8;
+
+/// As many numbers as fill registers.
+pub fn whole(length: usize) -> usize {
+    length.next_multiple_of(REGISTER)
+}
+
+/// From one row to the next: whole registers, and an odd number of them. Of rows that lie a power of two apart a processor takes one
+/// for another.
 pub fn stride(length: usize) -> usize {
-    length.next_multiple_of(8 * COLUMNS)
+    (length.div_ceil(REGISTER) | 1) * REGISTER
 }
 
 /// Largest differences of rows from the first one, in the columns of a range.
@@ -65,16 +75,16 @@ pub struct WeightedRows<'a> {
 }
 
 impl WeightedRows<'_> {
-    /// Both sums of a group of columns.
+    /// Both sums of a group of registers.
     #[inline(always)]
-    fn sums<S: Simd>(&self, simd: S, column: usize) -> [[S::f64s; COLUMNS]; 2] {
-        let rows = S::as_simd_f64s(self.rows).0.as_chunks::<COLUMNS>().0;
-        let width = rows.len() * self.stride / self.rows.len();
-        let mut sums = [[simd.splat_f64s(0.0); COLUMNS]; 2];
+    fn sums<S: Simd, const N: usize>(&self, simd: S, column: usize) -> [[S::f64s; N]; 2] {
+        let rows = S::as_simd_f64s(self.rows).0;
+        let width = self.stride / S::F64_LANES;
+        let mut sums = [[simd.splat_f64s(0.0); N]; 2];
         for term in self.terms {
             let (weight, low) = (simd.splat_f64s(term.weight), simd.splat_f64s(term.low));
-            let values = &rows[term.row * width + column];
-            for k in 0..COLUMNS {
+            let values = &rows[term.row * width + column..][..N];
+            for k in 0..N {
                 sums[0][k] = simd.mul_add_e_f64s(weight, values[k], sums[0][k]);
                 sums[1][k] = simd.mul_add_e_f64s(low, values[k], sums[1][k]);
             }
@@ -83,25 +93,7 @@ impl WeightedRows<'_> {
     }
 }
 
-/// The sums in as many columns as the slices have, a [`stride`]: by the weights, and by their low parts.
-pub struct Increments<'a>(pub WeightedRows<'a>, pub [&'a mut [f64]; 2]);
-
-impl WithSimd for Increments<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self(rows, [out, tail]) = self;
-        let out = S::as_mut_simd_f64s(out).0.as_chunks_mut::<COLUMNS>().0;
-        let tail = S::as_mut_simd_f64s(tail).0.as_chunks_mut::<COLUMNS>().0;
-        for (column, (out, tail)) in out.iter_mut().zip(tail).enumerate() {
-            [*out, *tail] = rows.sums(simd, column);
-        }
-    }
-}
-
-/// A vector in two parts, to which a step of a size along the sums is added, as a vector in one part. All have a [`stride`] as their
-/// length.
+/// A vector in two parts, to which a step of a size along the sums is added. All have as many numbers, which fill registers.
 pub struct Advance<'a> {
     /// The sums.
     pub rows: WeightedRows<'a>,
@@ -109,28 +101,83 @@ pub struct Advance<'a> {
     pub from: [&'a [f64]; 2],
     /// Size of the step.
     pub size: f64,
-    /// The result.
-    pub out: &'a mut [f64],
 }
 
-impl WithSimd for Advance<'_> {
+impl Advance<'_> {
+    /// What is added to the high and to the low part of a group of registers.
+    #[inline(always)]
+    fn changes<S: Simd, const N: usize>(&self, simd: S, column: usize) -> [[S::f64s; N]; 2] {
+        let size = simd.splat_f64s(self.size);
+        let low = &S::as_simd_f64s(self.from[1]).0[column..][..N];
+        let [mut sum, mut tail] = self.rows.sums(simd, column);
+        for k in 0..N {
+            sum[k] = simd.mul_f64s(size, sum[k]);
+            tail[k] = simd.add_f64s(low[k], simd.mul_f64s(size, tail[k]));
+        }
+        [sum, tail]
+    }
+}
+
+/// The result of [`Advance`] in one part.
+pub struct InOnePart<'a>(pub Advance<'a>, pub &'a mut [f64]);
+
+impl InOnePart<'_> {
+    #[inline(always)]
+    fn group<S: Simd, const N: usize>(&mut self, simd: S, column: usize) {
+        let [change, low] = self.0.changes::<S, N>(simd, column);
+        let high = &S::as_simd_f64s(self.0.from[0]).0[column..][..N];
+        let out = &mut S::as_mut_simd_f64s(self.1).0[column..][..N];
+        for k in 0..N {
+            out[k] = simd.add_f64s(high[k], simd.add_f64s(low[k], change[k]));
+        }
+    }
+}
+
+impl WithSimd for InOnePart<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let high = S::as_simd_f64s(self.from[0]).0.as_chunks::<COLUMNS>().0;
-        let low = S::as_simd_f64s(self.from[1]).0.as_chunks::<COLUMNS>().0;
-        let out = S::as_mut_simd_f64s(self.out).0.as_chunks_mut::<COLUMNS>().0;
-        let size = simd.splat_f64s(self.size);
-        for (column, out) in out.iter_mut().enumerate() {
-            let [sum, tail] = self.rows.sums(simd, column);
-            for k in 0..COLUMNS {
-                let low = simd.add_f64s(low[column][k], simd.mul_f64s(size, tail[k]));
-                let change = simd.add_f64s(low, simd.mul_f64s(size, sum[k]));
-                out[k] = simd.add_f64s(high[column][k], change);
-            }
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (groups, all) = groups::<S>(self.1.len());
+        (0..groups).step_by(COLUMNS).for_each(|column| self.group::<S, COLUMNS>(simd, column));
+        (groups..all).for_each(|column| self.group::<S, 1>(simd, column));
+    }
+}
+
+/// The result of [`Advance`] in two parts, without fused operations beside the sums.
+pub struct InTwoParts<'a>(pub Advance<'a>, pub [&'a mut [f64]; 2]);
+
+impl InTwoParts<'_> {
+    #[inline(always)]
+    fn group<S: Simd, const N: usize>(&mut self, simd: S, column: usize) {
+        let [change, low] = self.0.changes::<S, N>(simd, column);
+        let from = &S::as_simd_f64s(self.0.from[0]).0[column..][..N];
+        let [high, tail] = &mut self.1;
+        let high = &mut S::as_mut_simd_f64s(high).0[column..][..N];
+        let tail = &mut S::as_mut_simd_f64s(tail).0[column..][..N];
+        for k in 0..N {
+            let (sum, lost) = two_sum_in(simd, from[k], change[k]);
+            (high[k], tail[k]) = two_sum_in(simd, sum, simd.add_f64s(lost, low[k]));
         }
     }
+}
+
+impl WithSimd for InTwoParts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (groups, all) = groups::<S>(self.1[0].len());
+        (0..groups).step_by(COLUMNS).for_each(|column| self.group::<S, COLUMNS>(simd, column));
+        (groups..all).for_each(|column| self.group::<S, 1>(simd, column));
+    }
+}
+
+/// Of the registers that so many numbers fill: those in whole groups, and all.
+#[inline(always)]
+fn groups<S: Simd>(length: usize) -> (usize, usize) {
+    let all = length / S::F64_LANES;
+    (all - all % COLUMNS, all)
 }
 
 /// Weighted sums of rows of any length, one after the other, without fused operations: the same bits on every path.
