@@ -180,15 +180,22 @@ fn kepler_motion() {
         let rate = (mu / f64::abs(a * a * a)).sqrt();
         let (r, v) = elements(m0).to_cartesian(mu).unwrap();
         for time in [1e-3, 0.3, -2.0, 25.0] {
-            let (moved, turned) = kepler_change(&r, &v, mu, time).unwrap();
+            let change = kepler_change(&r, &v, mu, time).unwrap();
+            let (moved, turned) = (change.position, change.velocity);
             let (x, u) = elements(m0 + rate * time).to_cartesian(mu).unwrap();
             let scale = x.norm().max(r.norm());
             assert!((r + moved - x).norm() < 2e-13 * scale, "{e} {time}: {:e}", (r + moved - x).norm());
             assert!((v + turned - u).norm() < 2e-13 * u.norm().max(v.norm()) / (1.0 - e).abs().min(1.0));
+            let pull = -mu / x.norm().powi(3) * x;
+            assert!((change.acceleration - pull).norm() < 1e-12 * pull.norm() * scale / x.norm());
         }
     }
-    let (moved, turned) = kepler_change(&Vec3::x(), &Vec3::y(), 0.0, 2.0).unwrap();
-    assert_eq!((moved, turned), (2.0 * Vec3::y(), Vec3::zeros()));
+    let change = kepler_change(&Vec3::x(), &Vec3::y(), 0.0, 2.0).unwrap();
+    assert_eq!((change.position, change.velocity), (2.0 * Vec3::y(), Vec3::zeros()));
+    // No time, no change.
+    let change = kepler_change(&Vec3::x(), &Vec3::y(), 2.0, 0.0).unwrap();
+    assert_eq!((change.position, change.velocity), (Vec3::zeros(), Vec3::zeros()));
+    assert_eq!(change.acceleration, -2.0 * Vec3::x());
 }
 
 fn splitting(step: f64, scheme: Scheme) -> Integrator {
