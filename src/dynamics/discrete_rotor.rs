@@ -2,7 +2,7 @@
 //!
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin.
 
-use super::rotor::{Quaternion, Top};
+use super::tops::{Quaternion, Top};
 use crate::math::rotation::product;
 use crate::math::{Mat3, Vec3};
 

@@ -65,37 +65,36 @@ impl Jacobi {
         }
         let (mut centre, mut moving) = (Vec3::zeros(), Vec3::zeros());
         for body in (0..n).rev() {
-            let (mut position, mut velocity) = (centre, moving);
-            if body > 0 {
-                let change = &changes[body];
-                centre -= shares[body] * change.position;
-                moving -= shares[body] * change.velocity;
-                (position, velocity) = (centre + change.position, moving + change.velocity);
-            }
+            let position = left(body, shares[body], &changes[body].position, &mut centre);
+            let velocity = left(body, shares[body], &changes[body].velocity, &mut moving);
             add_each(&mut high.position[body], &mut low.position[body], 1.0, &position.into());
             add_each(&mut high.velocity[body], &mut low.velocity[body], 1.0, &velocity.into());
         }
         Some(())
     }
 
-    /// Gives every body's acceleration by the motion at the end of the last drift, the last body's first.
+    /// A body's acceleration by the motion at the end of the last drift. Bodies are taken from the last one to the first, with a
+    /// `centre` that begins as zero.
     #[inline(always)]
-    pub fn accelerations(&self, mut give: impl FnMut(usize, Vec3)) {
-        let n = self.changes.len();
-        let (shares, changes) = (&self.shares[..n], &self.changes[..n]);
-        let mut centre = Vec3::zeros();
-        for body in (1..n).rev() {
-            let own = &changes[body].acceleration;
-            centre -= shares[body] * own;
-            give(body, centre + own);
-        }
-        give(0, centre);
+    pub fn acceleration(&self, body: usize, centre: &mut Vec3) -> Vec3 {
+        left(body, self.shares[body], &self.changes[body].acceleration, centre)
     }
 
     /// Forgets the last drift: the accelerations are not numbers until the next one.
     pub fn reset(&mut self) {
         self.changes.fill(UNKNOWN);
     }
+}
+
+/// A body's vector from the barycentre of all, of its Jacobi vector. `centre` is that of the bodies up to it, and becomes that of the
+/// bodies before it.
+#[inline(always)]
+fn left(body: usize, share: f64, jacobi: &Vec3, centre: &mut Vec3) -> Vec3 {
+    if body == 0 {
+        return *centre;
+    }
+    *centre -= share * jacobi;
+    *centre + jacobi
 }
 
 /// The barycentre of the bodies before one, in two parts: for two bodies the vector from it is then exact.

@@ -1,36 +1,37 @@
-//! A rigid body that turns freely.
+//! The free rotation of a rigid body in closed form, for as many bodies of a kind as a register has lanes.
 //!
-//! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin, so that a caller who keeps low
-//! parts loses nothing of them.
+//! Takes constants of the moments of inertia, attitudes, spins and a time; gives the changes of attitude and spin, so that a caller
+//! who keeps low parts loses nothing of them. Vectors are from the axis on that is singled out.
 
 use crate::math::Vec3;
 use crate::math::lanes::{BLOCK, INTERLEAVED, Lanes};
 use crate::math::stumpff::{REACH, stumpff};
-use pulp::{Scalar, Simd};
-
-pub(super) type Quaternion = [f64; 4];
+use pulp::Simd;
 
 /// A number of as many bodies as a register has lanes.
-type Numbers<S> = Lanes<S, 1>;
+pub(super) type Numbers<S> = Lanes<S, 1>;
 
 /// The most lanes that a register has.
-const WIDEST: usize = BLOCK / INTERLEAVED;
-const ORDER: [f64; WIDEST] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+pub(super) const WIDEST: usize = BLOCK / INTERLEAVED;
 
 /// cos a - 1 and sin a / a of a^2.
 #[inline(always)]
 fn less_one<S: Simd>(simd: S, square: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
+    let [c2, c3] = stumpff(square);
+    let both = (-(square * c2), -(square * c3) + 1.0);
     if square.reduce_max() <= REACH {
-        let [c2, c3] = stumpff(square);
-        return (-(square * c2), -(square * c3) + 1.0);
+        return both;
     }
-    let (mut less, mut scale) = ([0.0; WIDEST], [0.0; WIDEST]);
-    square.store(&mut less, 0);
+    let (mut squares, mut less, mut scale) = ([0.0; WIDEST], [0.0; WIDEST], [0.0; WIDEST]);
+    square.store(&mut squares, 0);
+    both.0.store(&mut less, 0);
+    both.1.store(&mut scale, 0);
     for lane in 0..S::F64_LANES {
-        let angle = less[lane].sqrt();
-        let (sine, cosine) = (0.5 * angle).sin_cos();
-        less[lane] = -2.0 * sine * sine;
-        scale[lane] = if angle > 0.0 { 2.0 * sine * cosine / angle } else { 1.0 };
+        if squares[lane] > REACH {
+            let angle = squares[lane].sqrt();
+            let (sine, cosine) = (0.5 * angle).sin_cos();
+            (less[lane], scale[lane]) = (-2.0 * sine * sine, 2.0 * sine * cosine / angle);
+        }
     }
     (Lanes::load(simd, &less, 0), Lanes::load(simd, &scale, 0))
 }
@@ -56,44 +57,8 @@ fn product_less_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) ->
     both
 }
 
-/// Farthest that a body with three different moments is turned at once, in rad: some 160 times round.
-pub const FARTHEST: f64 = 1024.0;
-
-/// Up to this angle, in rad, a loose bound of it costs little.
-const FEW: f64 = 64.0;
-
-/// A body that turns freely, by its principal moments of inertia.
-#[derive(Debug, Clone)]
-pub struct Top {
-    /// Alone among [`Tops`].
-    tops: Tops,
-}
-
-impl Top {
-    /// Of these moments; zeros for a point.
-    pub fn new(inertia: Vec3) -> Self {
-        Self { tops: Tops::new(&[inertia]) }
-    }
-
-    /// Changes of attitude and spin over a time without torque; `None` where it turns farther than [`FARTHEST`].
-    pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
-        let (mut turn, mut change) = ([[0.0; 4]], [[0.0; 3]]);
-        let bodies = Bodies { attitude: &[q], spin: &[spin.into()], turn: &mut turn, change: &mut change };
-        self.tops.turn(Scalar, time, bodies).ok()?;
-        Some((turn[0], change[0].into()))
-    }
-}
-
-/// Attitudes and spins of bodies, and what changes them.
-pub(super) struct Bodies<'a> {
-    pub attitude: &'a [Quaternion],
-    pub spin: &'a [[f64; 3]],
-    pub turn: &'a mut [Quaternion],
-    pub change: &'a mut [[f64; 3]],
-}
-
-/// A kind of tops, with so many constants. Vectors are from the axis on that is singled out.
-trait Kind<const K: usize> {
+/// A kind of tops, with so many constants.
+pub(super) trait Kind<const K: usize> {
     /// The change of the attitude, and of the spin.
     fn turn<S: Simd>(
         simd: S,
@@ -104,151 +69,9 @@ trait Kind<const K: usize> {
     ) -> ([Numbers<S>; 4], [Numbers<S>; 3]);
 }
 
-/// Bodies that turn freely, those of a kind side by side.
-///
-/// With two equal moments a body makes two rotations; for any other see [`Triaxial`].
-#[derive(Debug, Clone)]
-pub struct Tops {
-    /// Ratios of the third moment to the two equal ones.
-    symmetric: Group<1>,
-    triaxial: Group<TRIAXIAL>,
-}
-
-/// Bodies of a kind.
-#[derive(Debug, Clone)]
-struct Group<const K: usize> {
-    members: Vec<Member>,
-    /// Constants of the members, filled up to whole registers.
-    constants: [Vec<f64>; K],
-}
-
-#[derive(Debug, Clone)]
-struct Member {
-    body: usize,
-    /// The axes, from the one on that is singled out.
-    axes: [usize; 3],
-    inertia: Vec3,
-    /// The square of the largest moment over the smallest one; zero for a body that may turn any angle.
-    spread: f64,
-}
-/// An angle that a freely rotating body with three different moments does not turn beyond in a time.
-///
-/// The spin stays below |L| over the smallest moment. For a needle that tumbles end over end that is too large by the ratio of its
-/// moments, and beyond `FEW` a second bound is taken where it is smaller: every component of the spin stays below its value where
-/// L^2 and the energy T, both conserved, leave nothing to one of the others. With I_1 < I_2 < I_3,
-/// L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and 2 T I_3 - L^2 = I_1 (I_3 - I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
-pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
-    let by_momentum = inertia.component_mul(&spin).norm() / inertia.min() * time.abs();
-    if by_momentum <= FEW {
-        return by_momentum;
-    }
-    let mut order = [0, 1, 2];
-    order.sort_by(|&j, &k| inertia[j].total_cmp(&inertia[k]));
-    let [i1, i2, i3] = order.map(|k| inertia[k]);
-    let [s1, s2, s3] = order.map(|k| spin[k] * spin[k]);
-    let (first, third) = (i1 * (i3 - i1), i3 * (i3 - i1));
-    let (second_by_first, second_by_third) = (i2 * (i3 - i2), i2 * (i2 - i1));
-    let largest1 = s1 + second_by_first / first * s2;
-    let largest2 = s2 + (first / second_by_first * s1).min(third / second_by_third * s3);
-    let largest3 = s3 + second_by_third / third * s2;
-    by_momentum.min((largest1 + largest2 + largest3).sqrt() * time.abs())
-}
-
-impl Tops {
-    /// Of these moments of inertia; zeros for a point.
-    pub fn new(inertia: &[Vec3]) -> Self {
-        let (mut symmetric, mut triaxial) = (Group::new(), Group::new());
-        for (body, moments) in inertia.iter().enumerate() {
-            match (0..3).find(|&k| moments[(k + 1) % 3] == moments[(k + 2) % 3]) {
-                Some(axis) => {
-                    let across = moments[(axis + 1) % 3];
-                    // A point has no inertia and turns on as a sphere would.
-                    let ratio = if across > 0.0 { moments[axis] / across } else { 1.0 };
-                    symmetric.add(body, axis, *moments, 0.0, [ratio]);
-                }
-                None => {
-                    let (axis, constants) = Triaxial::<f64>::of(*moments);
-                    triaxial.add(body, axis, *moments, (moments.max() / moments.min()).powi(2), constants);
-                }
-            }
-        }
-        Self { symmetric, triaxial }
-    }
-
-    /// Turns the bodies over a time without torque: takes attitude and spin of each at the start and gives the changes of both at the
-    /// end. Gives the number of a body that would turn farther than [`FARTHEST`].
-    #[inline(always)]
-    pub(super) fn turn<S: Simd>(&self, simd: S, time: f64, mut bodies: Bodies) -> Result<(), usize> {
-        self.symmetric.turn::<S, Symmetric>(simd, time, &mut bodies)?;
-        self.triaxial.turn::<S, Triaxial<f64>>(simd, time, &mut bodies)
-    }
-}
-
-impl<const K: usize> Group<K> {
-    fn new() -> Self {
-        Self { members: Vec::new(), constants: std::array::from_fn(|_| Vec::new()) }
-    }
-
-    fn add(&mut self, body: usize, axis: usize, inertia: Vec3, spread: f64, constants: [f64; K]) {
-        let at = self.members.len();
-        self.members.push(Member { body, axes: [axis, (axis + 1) % 3, (axis + 2) % 3], inertia, spread });
-        for (list, constant) in self.constants.iter_mut().zip(constants) {
-            list.resize((at + 1).next_multiple_of(WIDEST), 0.0);
-            list[at] = constant;
-        }
-    }
-
-    #[inline(always)]
-    fn turn<S: Simd, T: Kind<K>>(&self, simd: S, time: f64, bodies: &mut Bodies) -> Result<(), usize> {
-        let lanes = Numbers::load(simd, &ORDER, 0);
-        for (block, members) in self.members.chunks(S::F64_LANES).enumerate() {
-            let mut numbers = [lanes; 7];
-            for (lane, member) in members.iter().enumerate() {
-                let [i, j, k] = member.axes;
-                let (q, spin) = (&bodies.attitude[member.body], &bodies.spin[member.body]);
-                let own @ [_, _, _, _, x, y, z] =
-                    [q[0], q[1 + i], q[1 + j], q[1 + k], spin[i], spin[j], spin[k]];
-                // What is too large for it may be so by a loose bound.
-                if (x * x + y * y + z * z) * (time * time) * member.spread > FEW * FEW
-                    && farthest_turn(member.inertia, (*spin).into(), time) > FARTHEST
-                {
-                    return Err(member.body);
-                }
-                let lane = lanes.constant(lane as f64);
-                for c in 0..7 {
-                    // Through registers: what is read back from memory piece by piece has to wait.
-                    numbers[c] = lanes.if_less(lane, numbers[c], lanes.constant(own[c]));
-                }
-            }
-            let mut constants = [lanes; K];
-            for k in 0..K {
-                constants[k] = Numbers::load(simd, &self.constants[k], block);
-            }
-            let [q0, q1, q2, q3, x, y, z] = numbers;
-            let (turned, change) = T::turn(simd, constants, [q0, q1, q2, q3], [x, y, z], 0.5 * time);
-            let mut changes = [[0.0; WIDEST]; 7];
-            for k in 0..4 {
-                turned[k].store(&mut changes[k], 0);
-            }
-            for k in 0..3 {
-                change[k].store(&mut changes[4 + k], 0);
-            }
-            for (lane, member) in members.iter().enumerate() {
-                let (q, spin) = (&mut bodies.turn[member.body], &mut bodies.change[member.body]);
-                q[0] = changes[0][lane];
-                for (c, axis) in member.axes.into_iter().enumerate() {
-                    (q[1 + axis], spin[axis]) = (changes[1 + c][lane], changes[4 + c][lane]);
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
 /// From the symmetry axis on: about the angular momentum at |L|/I, then about the axis. The constant is the ratio of the third moment
 /// to the two equal ones.
-#[derive(Debug, Clone)]
-struct Symmetric;
+pub(super) struct Symmetric;
 
 impl Kind<1> for Symmetric {
     #[inline(always)]
@@ -297,21 +120,24 @@ impl Kind<1> for Symmetric {
 ///
 /// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). Neither it nor s, c and d know how fast the
 /// body turns, but only how fast its spin moves in its own frame: their series are short.
-#[derive(Clone, Copy)]
-struct Triaxial<T> {
-    /// The moments from the axis of the intermediate one on, in units of the largest one.
-    inertia: [T; 3],
-    /// The r_i.
-    rate: [T; 3],
-    /// r_2 r_3, -r_1 r_2 and -r_1 r_3, which are above zero.
-    product: [T; 3],
-    /// I_1^2/(r_2 r_3), and 1/I_1.
-    scale: T,
-    inverse: T,
-}
+pub(super) struct Triaxial;
 
 /// The number of its constants.
-const TRIAXIAL: usize = 11;
+pub(super) const TRIAXIAL: usize = 11;
+
+/// Those constants.
+#[derive(Clone, Copy)]
+struct Moments<S: Simd> {
+    /// The moments from the axis of the intermediate one on, in units of the largest one.
+    inertia: [Numbers<S>; 3],
+    /// The r_i.
+    rate: [Numbers<S>; 3],
+    /// r_2 r_3, -r_1 r_2 and -r_1 r_3, which are above zero.
+    product: [Numbers<S>; 3],
+    /// I_1^2/(r_2 r_3), and 1/I_1.
+    scale: Numbers<S>,
+    inverse: Numbers<S>,
+}
 
 /// The largest x + z. The first terms that the series leave out are then below 1e-17 of their sums.
 const SHORT: f64 = 0.004;
@@ -326,9 +152,9 @@ struct Turning<S: Simd> {
     square: Numbers<S>,
 }
 
-impl Triaxial<f64> {
+impl Triaxial {
     /// The axis of the intermediate moment, and the constants.
-    fn of(inertia: Vec3) -> (usize, [f64; TRIAXIAL]) {
+    pub fn constants(inertia: Vec3) -> (usize, [f64; TRIAXIAL]) {
         let middle = inertia.sum() - inertia.min() - inertia.max();
         let distance = |k: &usize| (inertia[*k] - middle).abs();
         let axis = (0..3).min_by(|j, k| distance(j).total_cmp(&distance(k))).unwrap_or(0);
@@ -340,7 +166,7 @@ impl Triaxial<f64> {
     }
 }
 
-impl Kind<TRIAXIAL> for Triaxial<f64> {
+impl Kind<TRIAXIAL> for Triaxial {
     #[inline(always)]
     fn turn<S: Simd>(
         simd: S,
@@ -351,7 +177,7 @@ impl Kind<TRIAXIAL> for Triaxial<f64> {
     ) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
         let [i1, i2, i3, r1, r2, r3, r23, r12, r13, scale, inverse] = constants;
         let top =
-            Triaxial { inertia: [i1, i2, i3], rate: [r1, r2, r3], product: [r23, r12, r13], scale, inverse };
+            Moments { inertia: [i1, i2, i3], rate: [r1, r2, r3], product: [r23, r12, r13], scale, inverse };
         let w = [spin[0] * half, spin[1] * half, spin[2] * half];
         let squares = [w[0] * w[0], w[1] * w[1], w[2] * w[2]];
         let first = top.product[0] * squares[0];
@@ -369,7 +195,7 @@ impl Kind<TRIAXIAL> for Triaxial<f64> {
     }
 }
 
-impl<S: Simd> Triaxial<Numbers<S>> {
+impl<S: Simd> Moments<S> {
     /// The turn, less one, and the change of the spin, in pieces.
     #[inline(always)]
     fn pieces(&self, simd: S, whole: Turning<S>, fastest: f64) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {

@@ -12,7 +12,7 @@
 use super::discrete_rotor::variational_rotation;
 use super::jacobi::Jacobi;
 use super::layout::{Blocks, vector};
-use super::rotor::{Bodies, FARTHEST, Tops, farthest_turn};
+use super::tops::{Bodies, FARTHEST, Tops, farthest_turn};
 use super::{AttitudeChart, Dynamics, Rejected};
 use crate::environment::BOOK;
 use crate::error::{Error, Result};
@@ -274,7 +274,12 @@ impl Splitting {
         let (acceleration, torque, inertia) = (&acceleration[..n], &torque[..n], &self.inertia[..n]);
         let (own, rate) = (&mut self.acceleration[..n], &mut self.spin_rate[..n]);
         let mut sum = 0.0;
-        let mut kick = |body: usize, kepler: Vec3| {
+        let mut centre = Vec3::zeros();
+        for body in (0..n).rev() {
+            let kepler = match self.parts {
+                Parts::Kepler => self.jacobi.acceleration(body, &mut centre),
+                Parts::Free => Vec3::zeros(),
+            };
             let (inertia, torque) = (&inertia[body], &torque[body]);
             for c in 0..3 {
                 own[body][c] = acceleration[body][c] - kepler[c];
@@ -283,10 +288,6 @@ impl Splitting {
             }
             add_each(&mut high.velocity[body], &mut low.velocity[body], size, &own[body]);
             add_each(&mut high.spin[body], &mut low.spin[body], size, &rate[body]);
-        };
-        match self.parts {
-            Parts::Kepler => self.jacobi.accelerations(kick),
-            Parts::Free => (0..n).for_each(|body| kick(body, Vec3::zeros())),
         }
         // Otherwise one of them is infinite or not a number.
         self.loaded = sum == 0.0;

@@ -2,14 +2,16 @@
 
 use super::systems::*;
 use crate::support::{cases, direction, semi_axes};
-use fullbody::dynamics::{AttitudeChart, Top, farthest_turn, variational_rotation};
+use fullbody::dynamics::{AttitudeChart, Settings, State, System, Top, farthest_turn, variational_rotation};
 use fullbody::error::{Error, Result};
 use fullbody::integrate::Scheme;
+use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::names::Named;
 use fullbody::orbit::kepler_change;
 use fullbody::patience::Patience;
+use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{Integrator, Output, Simulation};
 use proptest::prelude::*;
 
@@ -143,6 +145,52 @@ fn top_at_rest() {
     for inertia in [Vec3::new(1.0, 1.7, 2.4), Vec3::new(1.0, 1.0, 2.4), Vec3::zeros()] {
         for (spin, time) in [(Vec3::zeros(), 1.3), (spin, 0.0)] {
             assert_eq!(Top::new(inertia).turn(q, spin, time).unwrap(), ([0.0; 4], Vec3::zeros()));
+        }
+    }
+}
+
+/// Bodies of all kinds that turn side by side turn as each does alone, slow ones beside fast ones.
+#[test]
+fn tops_side_by_side() {
+    let axes = |k: usize| match k % 4 {
+        0 => [0.3, 0.3, 0.2],
+        1 => [0.3, 0.25, 0.2],
+        2 => [0.2, 0.3, 0.25],
+        _ => [0.2, 0.3, 0.3],
+    };
+    let bodies: Vec<Body> = (0..23)
+        .map(|k| {
+            let shape = if k == 7 { Shape::Point } else { Shape::ellipsoid(axes(k)).unwrap() };
+            Body::with_mass(&format!("{k}"), shape, 1.0 + 0.1 * k as f64).unwrap()
+        })
+        .collect();
+    let start = |k: usize| {
+        let (a, speed) = (k as f64, 0.05 * 1.3_f64.powi(k as i32));
+        let spin = Vec3::new(a.sin(), (2.0 * a).cos(), (0.7 * a).cos()) * speed;
+        (rotation::normalised([1.0, 0.3 * a.cos(), -0.2, 0.5 * a.sin()]), spin)
+    };
+    let position = (0..23).map(|k| Vec3::new(10.0 * k as f64, 0.0, (k as f64).sin())).collect();
+    let (attitude, spin) = (0..23).map(start).unzip();
+    let state = State::new(0.0, position, vec![Vec3::zeros(); 23], attitude, spin).unwrap();
+    for vector_path in VectorPath::available() {
+        // As points they turn freely.
+        let settings = Settings { gravity: Method::Point, vector_path, ..Settings::default() };
+        let system = System::new(bodies.clone(), 1e-20, settings).unwrap();
+        let mut simulation = Simulation::new(&system, &state, splitting(0.5, Scheme::Aba864)).unwrap();
+        simulation.step(0.5, &mut Patience::endless()).unwrap();
+        let end = simulation.state();
+        for (k, body) in bodies.iter().enumerate() {
+            let (q, spin) = start(k);
+            let (turned, change) = Top::new(body.inertia()).turn(q, spin, 0.5).unwrap();
+            let bound = 2e-14 * (1.0 + spin.norm());
+            assert!(
+                (end.spin[k] - spin - change).norm() < bound * (1.0 + spin.norm()),
+                "{vector_path:?} {k}"
+            );
+            assert!(
+                (0..4).all(|c| (end.attitude[k][c] - q[c] - turned[c]).abs() < bound),
+                "{vector_path:?} {k}"
+            );
         }
     }
 }
