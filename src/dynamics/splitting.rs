@@ -198,24 +198,27 @@ impl Splitting {
         high: &Blocks,
         patience: &mut Patience,
     ) -> Result<()> {
-        for work in &self.work {
-            patience.spend(*work, self.time)?;
-        }
         let n = high.spin.len();
-        let (attitude, spin) = (&*high.attitude, &*high.spin);
+        let (attitude, spin, work, now) = (&*high.attitude, &*high.spin, &self.work, self.time);
         let (turn, change) = self.change.split_at_mut(4 * n);
         let (turn, change) = (turn.as_chunks_mut().0, change.as_chunks_mut().0);
-        let turned = match self.parts {
-            Parts::Kepler => self.tops.turn(simd, size, Bodies { attitude, spin, turn, change }),
-            Parts::Free => (0..n).try_for_each(|body| {
-                let rotation =
-                    variational_rotation(self.inertia[body], attitude[body], spin[body].into(), size);
-                let (own, changed) = rotation.ok_or(body)?;
-                (turn[body], change[body]) = (own, changed.into());
-                Ok(())
-            }),
+        let mut ask = |body: usize| patience.spend(work[body], now);
+        let too_far = match self.parts {
+            Parts::Kepler => self.tops.turn(simd, size, Bodies { attitude, spin, turn, change }, ask)?,
+            Parts::Free => {
+                for body in 0..n {
+                    ask(body)?;
+                    let (inertia, own) = (self.inertia[body], spin[body].into());
+                    let Some((turned, changed)) = variational_rotation(inertia, attitude[body], own, size)
+                    else {
+                        return Err(self.too_far(dynamics, body, own));
+                    };
+                    (turn[body], change[body]) = (turned, changed.into());
+                }
+                None
+            }
         };
-        turned.map_err(|body| self.too_far(dynamics, body, spin[body].into()))
+        too_far.map_or(Ok(()), |body| Err(self.too_far(dynamics, body, spin[body].into())))
     }
 
     /// The small part. Gives the number of evaluations.
@@ -359,10 +362,14 @@ impl WithSimd for Drift<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
         let Self { splitting, dynamics, size, high, low, patience } = self;
-        let (n, layout) = (dynamics.layout().bodies, dynamics.layout());
+        let layout = dynamics.layout();
         // The turns are added last: what is read as a whole has to wait until all its parts are in memory.
-        splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), patience)?;
-        splitting.orbits(size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
+        splitting.rotations(simd, dynamics, size, &Blocks::new(layout.bodies, high), patience)?;
+        splitting.orbits(
+            size,
+            &mut Blocks::new(layout.bodies, high),
+            &mut Blocks::new(layout.bodies, low),
+        )?;
         let turned = layout.attitude(0)..layout.departure();
         add_all(simd, &mut high[turned.clone()], &mut low[turned], 1.0, &splitting.change);
         Ok(())

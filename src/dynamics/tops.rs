@@ -4,6 +4,7 @@
 //! side.
 
 use super::rotor::{Kind, Numbers, Symmetric, TRIAXIAL, Triaxial, WIDEST};
+use crate::error::Result;
 use crate::math::Vec3;
 use pulp::{Scalar, Simd};
 
@@ -55,8 +56,10 @@ impl Top {
     pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
         let (mut turn, mut change) = ([[0.0; 4]], [[0.0; 3]]);
         let bodies = Bodies { attitude: &[q], spin: &[spin.into()], turn: &mut turn, change: &mut change };
-        self.tops.turn(Scalar, time, bodies).ok()?;
-        Some((turn[0], change[0].into()))
+        match self.tops.turn(Scalar, time, bodies, |_| Ok(())) {
+            Ok(None) => Some((turn[0], change[0].into())),
+            _ => None,
+        }
     }
 }
 
@@ -118,11 +121,20 @@ impl Tops {
     }
 
     /// Turns the bodies over a time without torque: takes attitude and spin of each at the start and gives the changes of both at the
-    /// end. Gives the number of a body that would turn farther than [`FARTHEST`].
+    /// end; asks for leave for each. Gives the number of a body that would turn farther than [`FARTHEST`].
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&self, simd: S, time: f64, mut bodies: Bodies) -> Result<(), usize> {
-        self.symmetric.turn::<S, Symmetric>(simd, time, &mut bodies)?;
-        self.triaxial.turn::<S, Triaxial>(simd, time, &mut bodies)
+    pub(super) fn turn<S: Simd>(
+        &self,
+        simd: S,
+        time: f64,
+        mut bodies: Bodies,
+        mut ask: impl FnMut(usize) -> Result<()>,
+    ) -> Result<Option<usize>> {
+        let too_far = self.symmetric.turn::<S, Symmetric>(simd, time, &mut bodies, &mut ask)?;
+        if too_far.is_some() {
+            return Ok(too_far);
+        }
+        self.triaxial.turn::<S, Triaxial>(simd, time, &mut bodies, &mut ask)
     }
 }
 
@@ -141,12 +153,19 @@ impl<const K: usize> Group<K> {
     }
 
     #[inline(always)]
-    fn turn<S: Simd, T: Kind<K>>(&self, simd: S, time: f64, bodies: &mut Bodies) -> Result<(), usize> {
+    fn turn<S: Simd, T: Kind<K>>(
+        &self,
+        simd: S,
+        time: f64,
+        bodies: &mut Bodies,
+        ask: &mut impl FnMut(usize) -> Result<()>,
+    ) -> Result<Option<usize>> {
         let order = Numbers::load(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 0);
         let zero = order.constant(0.0);
         for (block, members) in self.members.chunks(S::F64_LANES).enumerate() {
             let mut numbers = [zero; 7];
             for (lane, member) in members.iter().enumerate().rev() {
+                ask(member.body)?;
                 let [i, j, k] = member.axes;
                 let (q, spin) = (&bodies.attitude[member.body], &bodies.spin[member.body]);
                 let own @ [_, _, _, _, x, y, z] =
@@ -156,7 +175,7 @@ impl<const K: usize> Group<K> {
                 if bound > FEW * FEW || bound.is_nan() {
                     let angle = farthest_turn(member.inertia, (*spin).into(), time);
                     if angle > FARTHEST || angle.is_nan() {
-                        return Err(member.body);
+                        return Ok(Some(member.body));
                     }
                 }
                 // From register to register: what is written in pieces and read as a whole has to wait for memory.
@@ -186,6 +205,6 @@ impl<const K: usize> Group<K> {
                 }
             }
         }
-        Ok(())
+        Ok(None)
     }
 }

@@ -161,7 +161,7 @@ fn tops_side_by_side() {
     let bodies: Vec<Body> = (0..23)
         .map(|k| {
             let shape = if k == 7 { Shape::Point } else { Shape::ellipsoid(axes(k)).unwrap() };
-            Body::with_mass(&format!("{k}"), shape, 1.0 + 0.1 * k as f64).unwrap()
+            Body::with_mass(format!("{k}"), shape, 1.0 + 0.1 * k as f64).unwrap()
         })
         .collect();
     let start = |k: usize| {
