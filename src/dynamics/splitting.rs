@@ -198,15 +198,14 @@ impl Splitting {
         high: &Blocks,
         patience: &mut Patience,
     ) -> Result<()> {
-        let n = high.spin.len();
         let (attitude, spin, work, now) = (&*high.attitude, &*high.spin, &self.work, self.time);
-        let (turn, change) = self.change.split_at_mut(4 * n);
+        let (turn, change) = self.change.split_at_mut(4 * spin.len());
         let (turn, change) = (turn.as_chunks_mut().0, change.as_chunks_mut().0);
         let mut ask = |body: usize| patience.spend(work[body], now);
         let too_far = match self.parts {
             Parts::Kepler => self.tops.turn(simd, size, Bodies { attitude, spin, turn, change }, ask)?,
             Parts::Free => {
-                for body in 0..n {
+                for body in 0..spin.len() {
                     ask(body)?;
                     let (inertia, own) = (self.inertia[body], spin[body].into());
                     let Some((turned, changed)) = variational_rotation(inertia, attitude[body], own, size)
@@ -363,13 +362,10 @@ impl WithSimd for Drift<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
         let Self { splitting, dynamics, size, high, low, patience } = self;
         let layout = dynamics.layout();
+        let n = layout.bodies;
         // The turns are added last: what is read as a whole has to wait until all its parts are in memory.
-        splitting.rotations(simd, dynamics, size, &Blocks::new(layout.bodies, high), patience)?;
-        splitting.orbits(
-            size,
-            &mut Blocks::new(layout.bodies, high),
-            &mut Blocks::new(layout.bodies, low),
-        )?;
+        splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), patience)?;
+        splitting.orbits(size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
         let turned = layout.attitude(0)..layout.departure();
         add_all(simd, &mut high[turned.clone()], &mut low[turned], 1.0, &splitting.change);
         Ok(())
