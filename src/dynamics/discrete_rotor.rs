@@ -2,9 +2,11 @@
 //!
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin.
 
-use super::rotor::{Quaternion, Top};
+use super::rotor::{Kind, Numbers, Symmetric};
+use super::tops::Quaternion;
 use crate::math::rotation::product;
 use crate::math::{Mat3, Vec3};
+use pulp::Scalar;
 
 /// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
 /// Mech. Engrg. 196, 2907.
@@ -18,7 +20,11 @@ pub fn variational_rotation(
     time: f64,
 ) -> Option<(Quaternion, Vec3)> {
     if inertia.min() <= 0.0 {
-        return Top::new(inertia).turn(q, spin, time);
+        // A point turns on as a sphere would.
+        let number = |value: f64| Numbers::splat(Scalar, value);
+        let spin = [spin.x, spin.y, spin.z].map(number);
+        let (turn, _) = Symmetric::turn(Scalar, [number(1.0)], q.map(number), spin, 0.5 * time);
+        return Some((turn.map(Numbers::first), Vec3::zeros()));
     }
     let p = half_turn(inertia, spin, time)?;
     let scalar = (1.0 - p.norm_squared()).sqrt();

@@ -1,11 +1,18 @@
 //! Kepler motion in Jacobi's coordinates, in which body i moves about the barycentre of those before it with
 //! mu = G (m_0 + ... + m_i).
 //!
-//! Takes and gives numbers from the barycentre of all, three a body.
+//! Takes and gives numbers from the barycentre of all, in two parts.
 
+use super::layout::Blocks;
 use crate::math::Vec3;
-use crate::math::compensated::two_sum;
-use crate::orbit::kepler_change;
+use crate::math::compensated::{add_each, two_sum};
+use crate::orbit::{KeplerChange, kepler_change};
+
+/// What no drift has changed.
+const UNKNOWN: KeplerChange = {
+    let nothing = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
+    KeplerChange { position: nothing, velocity: nothing, acceleration: nothing }
+};
 
 /// What the motion takes of the masses, and its scratch.
 #[derive(Debug, Clone)]
@@ -13,8 +20,8 @@ pub(super) struct Jacobi {
     mu: Vec<f64>,
     /// Share of body i in the mass of it and all before it.
     shares: Vec<f64>,
-    position: Vec<Vec3>,
-    velocity: Vec<Vec3>,
+    /// What the last drift changed, in Jacobi's coordinates. The first would be that of the barycentre.
+    changes: Vec<KeplerChange>,
 }
 
 impl Jacobi {
@@ -27,74 +34,93 @@ impl Jacobi {
                 total
             })
             .collect();
-        let zeros = vec![Vec3::zeros(); masses.len()];
         Self {
             mu: within.iter().map(|within| gravitational_constant * within).collect(),
             shares: masses.iter().zip(&within).map(|(mass, within)| mass / within).collect(),
-            position: zeros.clone(),
-            velocity: zeros,
+            changes: vec![UNKNOWN; masses.len()],
         }
     }
 
-    /// Changes of positions and velocities over a time, from the two parts of these; `None` where Kepler's equation has no solution
-    /// in doubles.
+    /// Moves the bodies over a time; `None` where Kepler's equation has no solution in doubles.
     #[inline(always)]
-    pub fn drift(&mut self, time: f64, [high, low]: [&[f64]; 2], change: &mut [f64]) -> Option<()> {
-        let half = high.len() / 2;
-        enter(&self.shares, [&high[..half], &low[..half]], &mut self.position);
-        enter(&self.shares, [&high[half..], &low[half..]], &mut self.velocity);
-        for body in 1..self.mu.len() {
-            let (position, velocity) = (&mut self.position[body], &mut self.velocity[body]);
-            (*position, *velocity) = kepler_change(position, velocity, self.mu[body], time)?;
+    pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Option<()> {
+        let n = high.position.len();
+        let (mu, shares, changes) = (&self.mu[..n], &self.shares[..n], &mut self.changes[..n]);
+        let mut centre = Centre { high: high.position[0], low: low.position[0] };
+        let mut moving = Centre { high: high.velocity[0], low: low.velocity[0] };
+        for body in 1..n {
+            let position = centre.to(&high.position[body], &low.position[body]);
+            let velocity = moving.to(&high.velocity[body], &low.velocity[body]);
+            let change = kepler_change(&position, &velocity, mu[body], time)?;
+            // Number by number: what is copied as a whole has to wait until it is in memory.
+            for c in 0..3 {
+                changes[body].position[c] = change.position[c];
+                changes[body].velocity[c] = change.velocity[c];
+                changes[body].acceleration[c] = change.acceleration[c];
+            }
+            if body + 1 < n {
+                centre.take(shares[body], &position);
+                moving.take(shares[body], &velocity);
+            }
         }
-        leave(&self.shares, &self.position, &mut change[..half]);
-        leave(&self.shares, &self.velocity, &mut change[half..]);
+        let (mut centre, mut moving) = (Vec3::zeros(), Vec3::zeros());
+        for body in (0..n).rev() {
+            let position = left(body, shares[body], &changes[body].position, &mut centre);
+            let velocity = left(body, shares[body], &changes[body].velocity, &mut moving);
+            add_each(&mut high.position[body], &mut low.position[body], 1.0, &position.into());
+            add_each(&mut high.velocity[body], &mut low.velocity[body], 1.0, &velocity.into());
+        }
         Some(())
     }
 
-    /// The accelerations of the motion, from the two parts of the positions.
+    /// A body's acceleration by the motion at the end of the last drift. Bodies are taken from the last one to the first, with a
+    /// `centre` that begins as zero.
     #[inline(always)]
-    pub fn accelerations(&mut self, [high, low]: [&[f64]; 2], numbers: &mut [f64]) {
-        enter(&self.shares, [high, low], &mut self.position);
-        for body in 1..self.mu.len() {
-            let position = &mut self.position[body];
-            let distance = position.norm();
-            *position *= -self.mu[body] / (distance * distance * distance);
-        }
-        leave(&self.shares, &self.position, numbers);
+    pub fn acceleration(&self, body: usize, centre: &mut Vec3) -> Vec3 {
+        left(body, self.shares[body], &self.changes[body].acceleration, centre)
+    }
+
+    /// Forgets the last drift: the accelerations are not numbers until the next one.
+    pub fn reset(&mut self) {
+        self.changes.fill(UNKNOWN);
     }
 }
 
-/// Jacobi's vectors of numbers in two parts. The first would be that of the barycentre and is left alone.
+/// A body's vector from the barycentre of all, of its Jacobi vector. `centre` is that of the bodies up to it, and becomes that of the
+/// bodies before it.
 #[inline(always)]
-fn enter(shares: &[f64], [high, low]: [&[f64]; 2], vectors: &mut [Vec3]) {
-    let (high, low) = (high.as_chunks::<3>().0, low.as_chunks::<3>().0);
-    // The barycentre of the bodies before each, with its low part: for two bodies the difference is then exact.
-    let (mut centre, mut tail) = (high[0], low[0]);
-    for body in 1..vectors.len() {
-        let (high, low) = (high[body], low[body]);
+fn left(body: usize, share: f64, jacobi: &Vec3, centre: &mut Vec3) -> Vec3 {
+    if body == 0 {
+        return *centre;
+    }
+    *centre -= share * jacobi;
+    *centre + jacobi
+}
+
+/// The barycentre of the bodies before one, in two parts: for two bodies the vector from it is then exact.
+struct Centre {
+    high: [f64; 3],
+    low: [f64; 3],
+}
+
+impl Centre {
+    /// The vector from it to the next body.
+    #[inline(always)]
+    fn to(&self, high: &[f64; 3], low: &[f64; 3]) -> Vec3 {
+        let mut vector = Vec3::zeros();
         for c in 0..3 {
-            let (difference, error) = two_sum(high[c], -centre[c]);
-            vectors[body][c] = difference + (error + (low[c] - tail[c]));
+            let (difference, error) = two_sum(high[c], -self.high[c]);
+            vector[c] = difference + (error + (low[c] - self.low[c]));
         }
-        if body + 1 < vectors.len() {
-            for c in 0..3 {
-                let (sum, error) = two_sum(centre[c], shares[body] * vectors[body][c]);
-                (centre[c], tail[c]) = (sum, tail[c] + error);
-            }
-        }
+        vector
     }
-}
 
-/// Jacobi's vectors as numbers from the barycentre of all.
-#[inline(always)]
-fn leave(shares: &[f64], vectors: &[Vec3], numbers: &mut [f64]) {
-    let numbers = numbers.as_chunks_mut::<3>().0;
-    let mut centre = Vec3::zeros();
-    for body in (1..vectors.len()).rev() {
-        let jacobi = vectors[body];
-        centre -= shares[body] * jacobi;
-        numbers[body] = (centre + jacobi).into();
+    /// Takes this body in, whose share in the mass is given.
+    #[inline(always)]
+    fn take(&mut self, share: f64, vector: &Vec3) {
+        for c in 0..3 {
+            let (sum, error) = two_sum(self.high[c], share * vector[c]);
+            (self.high[c], self.low[c]) = (sum, self.low[c] + error);
+        }
     }
-    numbers[0] = centre.into();
 }

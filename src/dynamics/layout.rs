@@ -110,6 +110,30 @@ impl Layout {
     }
 }
 
+/// The numbers of the bodies in a vector with quaternions.
+pub(super) struct Blocks<'a> {
+    pub position: &'a mut [[f64; 3]],
+    pub velocity: &'a mut [[f64; 3]],
+    pub attitude: &'a mut [[f64; 4]],
+    pub spin: &'a mut [[f64; 3]],
+}
+
+impl<'a> Blocks<'a> {
+    /// Of so many bodies.
+    #[inline(always)]
+    pub fn new(bodies: usize, y: &'a mut [f64]) -> Self {
+        let (position, y) = y.split_at_mut(3 * bodies);
+        let (velocity, y) = y.split_at_mut(3 * bodies);
+        let (attitude, y) = y.split_at_mut(4 * bodies);
+        Self {
+            position: &mut position.as_chunks_mut().0[..bodies],
+            velocity: &mut velocity.as_chunks_mut().0[..bodies],
+            attitude: &mut attitude.as_chunks_mut().0[..bodies],
+            spin: &mut y.as_chunks_mut().0[..bodies],
+        }
+    }
+}
+
 /// The frame in which the integrator's vectors are: inertial axes at the barycentre, and where that nominally is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BarycentricFrame {

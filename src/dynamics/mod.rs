@@ -23,6 +23,7 @@ mod splitting;
 mod state;
 mod sweeps;
 mod system;
+mod tops;
 mod variations;
 mod vector;
 
@@ -36,8 +37,8 @@ pub use layout::{AttitudeChart, BarycentricFrame, Layout};
 pub use parameter::Parameter;
 pub use quadrature::{Quadrature, QuadratureRule};
 pub use rejected::Rejected;
-pub use rotor::{FARTHEST, Top, farthest_turn};
 pub use splitting::{Parts, Splitting};
 pub use state::State;
 pub use system::{BodyInteraction, Settings, System};
+pub use tops::{FARTHEST, Top, farthest_turn};
 pub use variations::Variations;

@@ -11,13 +11,13 @@
 
 use super::discrete_rotor::variational_rotation;
 use super::jacobi::Jacobi;
-use super::layout::vector;
-use super::rotor::{FARTHEST, Top, farthest_turn};
-use super::{AttitudeChart, Dynamics, Layout, Rejected};
+use super::layout::{Blocks, vector};
+use super::tops::{Bodies, FARTHEST, Tops, farthest_turn};
+use super::{AttitudeChart, Dynamics, Rejected};
 use crate::environment::BOOK;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::math::compensated::{add, add_all};
+use crate::math::compensated::{add, add_all, add_each};
 use crate::patience::Patience;
 use pulp::{Simd, WithSimd};
 
@@ -39,7 +39,7 @@ pub struct Splitting {
     parts: Parts,
     jacobi: Jacobi,
     inertia: Vec<Vec3>,
-    tops: Vec<Top>,
+    tops: Tops,
     acceleration: Vec<[f64; 3]>,
     spin_rate: Vec<[f64; 3]>,
     /// Whether the two above belong to the present vector.
@@ -47,7 +47,7 @@ pub struct Splitting {
     /// Time and size of the step.
     time: f64,
     step: f64,
-    /// What a drift or a kick adds to the numbers of the bodies.
+    /// What a drift adds to attitudes and spins.
     change: Vec<f64>,
     /// How much of the step the drifts have covered.
     covered: f64,
@@ -81,14 +81,14 @@ impl Splitting {
         Ok(Self {
             parts,
             jacobi: Jacobi::new(&masses, dynamics.system().gravitational_constant()),
-            tops: inertia.iter().map(|moments| Top::new(*moments)).collect(),
+            tops: Tops::new(&inertia),
             inertia,
             acceleration: vec![[0.0; 3]; n],
             spin_rate: vec![[0.0; 3]; n],
             loaded: false,
             time: 0.0,
             step: 0.0,
-            change: vec![0.0; dynamics.layout().departure()],
+            change: vec![0.0; 7 * n],
             covered: 0.0,
             work: vec![0; n],
             middle: [zeros.clone(), zeros],
@@ -130,16 +130,17 @@ impl Splitting {
 
     /// The inverse of [`Self::loads`].
     pub fn recall(&mut self, loads: &[[f64; 6]]) {
-        for (body, &[a, b, c, x, y, z]) in loads.iter().enumerate().take(self.tops.len()) {
+        for (body, &[a, b, c, x, y, z]) in loads.iter().enumerate().take(self.inertia.len()) {
             (self.acceleration[body], self.spin_rate[body]) = ([a, b, c], [x, y, z]);
         }
-        self.loaded = loads.len() == self.tops.len();
+        self.loaded = loads.len() == self.inertia.len();
     }
 
     /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
     pub fn begin(&mut self, dynamics: &Dynamics, time: f64, y: &[f64], step: f64) {
         let layout = dynamics.layout();
         (self.time, self.step, self.covered) = (time, step, 0.0);
+        self.jacobi.reset();
         self.loaded &= layout.forces == 0;
         for (body, work) in self.work.iter_mut().enumerate() {
             let angle = (2.0 * vector(y, layout.spin(body)).amax() * step).abs();
@@ -171,50 +172,52 @@ impl Splitting {
         arch.dispatch(Drift { splitting: self, dynamics, size, high, low, patience })
     }
 
-    /// The changes of positions and velocities without forces, or on Kepler's orbits.
+    /// Moves the bodies without forces, or on Kepler's orbits.
     #[inline(always)]
-    fn orbits(&mut self, layout: Layout, size: f64, high: &[f64], low: &[f64]) -> Result<()> {
-        let (velocities, end) = (layout.velocity(0), layout.attitude(0));
+    fn orbits(&mut self, size: f64, high: &mut Blocks, low: &mut Blocks) -> Result<()> {
         match self.parts {
             Parts::Free => {
-                self.change[velocities..end].fill(0.0);
-                let moves = self.change.iter_mut().zip(&high[velocities..end]);
-                moves.for_each(|(change, velocity)| *change = size * velocity);
+                for body in 0..high.position.len() {
+                    add_each(&mut high.position[body], &mut low.position[body], size, &high.velocity[body]);
+                }
                 Ok(())
             }
-            Parts::Kepler => {
-                let drifted = self.jacobi.drift(size, [&high[..end], &low[..end]], &mut self.change[..end]);
-                drifted.ok_or_else(|| {
-                    self.failed("Kepler's equation has no solution in doubles; use a shorter step")
-                })
-            }
+            Parts::Kepler => self.jacobi.drift(size, high, low).ok_or_else(|| {
+                self.failed("Kepler's equation has no solution in doubles; use a shorter step")
+            }),
         }
     }
 
     /// The changes of attitudes and spins without torques.
     #[inline(always)]
-    fn rotations(
+    fn rotations<S: Simd>(
         &mut self,
+        simd: S,
         dynamics: &Dynamics,
         size: f64,
-        high: &[f64],
+        high: &Blocks,
         patience: &mut Patience,
     ) -> Result<()> {
-        let (attitudes, spins) = (dynamics.layout().attitude(0), dynamics.layout().spin(0));
-        let before = high[attitudes..].as_chunks::<4>().0.iter().zip(high[spins..].as_chunks::<3>().0);
-        let (turns, changes) = self.change[attitudes..].split_at_mut(spins - attitudes);
-        let after = turns.as_chunks_mut::<4>().0.iter_mut().zip(changes.as_chunks_mut::<3>().0);
-        for (body, ((q, spin), (turned, changed))) in before.zip(after).enumerate() {
-            patience.spend(self.work[body], self.time)?;
-            let spin = Vec3::from(*spin);
-            let turn = match self.parts {
-                Parts::Kepler => self.tops[body].turn(*q, spin, size),
-                Parts::Free => variational_rotation(self.inertia[body], *q, spin, size),
-            };
-            let Some((turn, change)) = turn else { return Err(self.too_far(dynamics, body, spin)) };
-            (*turned, *changed) = (turn, change.into());
-        }
-        Ok(())
+        let (attitude, spin, work, now) = (&*high.attitude, &*high.spin, &self.work, self.time);
+        let (turn, change) = self.change.split_at_mut(4 * spin.len());
+        let (turn, change) = (turn.as_chunks_mut().0, change.as_chunks_mut().0);
+        let mut ask = |body: usize| patience.spend(work[body], now);
+        let too_far = match self.parts {
+            Parts::Kepler => self.tops.turn(simd, size, Bodies { attitude, spin, turn, change }, ask)?,
+            Parts::Free => {
+                for body in 0..spin.len() {
+                    ask(body)?;
+                    let (inertia, own) = (self.inertia[body], spin[body].into());
+                    let Some((turned, changed)) = variational_rotation(inertia, attitude[body], own, size)
+                    else {
+                        return Err(self.too_far(dynamics, body, own));
+                    };
+                    (turn[body], change[body]) = (turned, changed.into());
+                }
+                None
+            }
+        };
+        too_far.map_or(Ok(()), |body| Err(self.too_far(dynamics, body, spin[body].into())))
     }
 
     /// The small part. Gives the number of evaluations.
@@ -265,32 +268,28 @@ impl Splitting {
         (0..3).for_each(|c| add(&mut high[departing + c], &mut low[departing + c], size * kick[c]));
     }
 
-    /// Takes over the loads that have been computed, less those of the Kepler motion.
+    /// Takes over the loads that have been computed, less those of the Kepler motion, and kicks by them.
     #[inline(always)]
-    fn settle(&mut self, dynamics: &Dynamics, high: &[f64], low: &[f64]) {
+    fn settle(&mut self, dynamics: &Dynamics, size: f64, high: &mut Blocks, low: &mut Blocks) {
+        let n = high.spin.len();
         let (acceleration, torque) = dynamics.loads();
-        for body in 0..self.tops.len() {
-            let (inertia, torque) = (&self.inertia[body], &torque[body]);
-            self.acceleration[body] = acceleration[body].into();
-            for c in 0..3 {
-                self.spin_rate[body][c] = if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 };
-            }
-        }
-        if self.parts == Parts::Kepler {
-            let end = dynamics.layout().velocity(0);
-            self.jacobi.accelerations([&high[..end], &low[..end]], &mut self.change[..end]);
-            let kepler = self.change[..end].as_chunks::<3>().0;
-            for (own, kepler) in self.acceleration.iter_mut().zip(kepler) {
-                for c in 0..3 {
-                    own[c] -= kepler[c];
-                }
-            }
-        }
+        let (acceleration, torque, inertia) = (&acceleration[..n], &torque[..n], &self.inertia[..n]);
+        let (own, rate) = (&mut self.acceleration[..n], &mut self.spin_rate[..n]);
         let mut sum = 0.0;
-        for (acceleration, rate) in self.acceleration.iter().zip(&self.spin_rate) {
+        let mut centre = Vec3::zeros();
+        for body in (0..n).rev() {
+            let kepler = match self.parts {
+                Parts::Kepler => self.jacobi.acceleration(body, &mut centre),
+                Parts::Free => Vec3::zeros(),
+            };
+            let (inertia, torque) = (&inertia[body], &torque[body]);
             for c in 0..3 {
-                sum += 0.0 * (acceleration[c] + rate[c]);
+                own[body][c] = acceleration[body][c] - kepler[c];
+                rate[body][c] = if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 };
+                sum += 0.0 * (own[body][c] + rate[body][c]);
             }
+            add_each(&mut high.velocity[body], &mut low.velocity[body], size, &own[body]);
+            add_each(&mut high.spin[body], &mut low.spin[body], size, &rate[body]);
         }
         // Otherwise one of them is infinite or not a number.
         self.loaded = sum == 0.0;
@@ -362,9 +361,13 @@ impl WithSimd for Drift<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
         let Self { splitting, dynamics, size, high, low, patience } = self;
-        splitting.orbits(dynamics.layout(), size, high, low)?;
-        splitting.rotations(dynamics, size, high, patience)?;
-        add_all(simd, high, low, 1.0, &splitting.change);
+        let layout = dynamics.layout();
+        let n = layout.bodies;
+        // The turns are added last: what is read as a whole has to wait until all its parts are in memory.
+        splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), patience)?;
+        splitting.orbits(size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
+        let turned = layout.attitude(0)..layout.departure();
+        add_all(simd, &mut high[turned.clone()], &mut low[turned], 1.0, &splitting.change);
         Ok(())
     }
 }
@@ -382,15 +385,16 @@ impl WithSimd for Kick<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let Self { splitting, dynamics, size, high, low } = self;
+        let n = dynamics.layout().bodies;
+        let (high, low) = (&mut Blocks::new(n, high), &mut Blocks::new(n, low));
         if !splitting.loaded {
-            splitting.settle(dynamics, high, low);
+            return splitting.settle(dynamics, size, high, low);
         }
-        let (velocities, spins) = (dynamics.layout().velocity(0), dynamics.layout().spin(0));
-        let (velocity_changes, spin_changes) =
-            (splitting.acceleration.as_flattened(), splitting.spin_rate.as_flattened());
-        add_all(simd, &mut high[velocities..], &mut low[velocities..], size, velocity_changes);
-        add_all(simd, &mut high[spins..], &mut low[spins..], size, spin_changes);
+        for body in 0..n {
+            add_each(&mut high.velocity[body], &mut low.velocity[body], size, &splitting.acceleration[body]);
+            add_each(&mut high.spin[body], &mut low.spin[body], size, &splitting.spin_rate[body]);
+        }
     }
 }

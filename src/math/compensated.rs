@@ -40,6 +40,17 @@ pub fn add(high: &mut f64, low: &mut f64, change: f64) {
 
 /// Adds multiples of numbers to as many numbers in two parts, as [`add`] does.
 #[inline(always)]
+pub fn add_each<const N: usize>(high: &mut [f64; N], low: &mut [f64; N], size: f64, changes: &[f64; N]) {
+    // Read first and written last, so that they are added side by side.
+    let (mut sums, mut tails) = (*high, *low);
+    for c in 0..N {
+        add(&mut sums[c], &mut tails[c], size * changes[c]);
+    }
+    (*high, *low) = (sums, tails);
+}
+
+/// Adds multiples of numbers to as many numbers in two parts, as [`add`] does.
+#[inline(always)]
 pub fn add_all<S: Simd>(simd: S, high: &mut [f64], low: &mut [f64], size: f64, changes: &[f64]) {
     let (high, high_rest) = S::as_mut_simd_f64s(&mut high[..changes.len()]);
     let (low, low_rest) = S::as_mut_simd_f64s(&mut low[..changes.len()]);

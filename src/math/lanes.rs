@@ -223,6 +223,24 @@ operator!(Sub, sub, sub_f64s);
 operator!(Mul, mul, mul_f64s);
 operator!(Div, div, div_f64s);
 
+macro_rules! operator_by_constant {
+    ($trait:ident, $method:ident, $function:ident) => {
+        impl<S: Simd, const N: usize> $trait<f64> for Lanes<S, N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(mut self, other: f64) -> Self {
+                let other = self.simd.splat_f64s(other);
+                for k in 0..N {
+                    self.raw[k] = self.simd.$function(self.raw[k], other);
+                }
+                self
+            }
+        }
+    };
+}
+operator_by_constant!(Add, add, add_f64s);
+operator_by_constant!(Mul, mul, mul_f64s);
+
 impl<S: Simd, const N: usize> Neg for Lanes<S, N> {
     type Output = Self;
     #[inline(always)]

@@ -2,10 +2,13 @@
 //!
 //! cos x = 1 - x^2 c_2(x^2) and sin x = x - x^3 c_3(x^2), without the cancellation of 1 - cos x.
 
-/// The largest argument, in size.
-pub const REACH: f64 = 0.05;
+use super::lanes::Lanes;
+use pulp::Simd;
 
-/// Their terms; the first power that is left out is REACH^6 2/14! = 4e-19 of the first.
+/// The largest argument, in size.
+pub const REACH: f64 = 0.08;
+
+/// Their terms; the first power that is left out is REACH^6 2/14! = 6e-18 of the first.
 const TERMS: usize = 6;
 
 /// The coefficients (-1)^n/(2 n + k)! of c_k.
@@ -25,14 +28,16 @@ const fn coefficients(k: usize) -> [f64; TERMS] {
 const C2: [f64; TERMS] = coefficients(2);
 const C3: [f64; TERMS] = coefficients(3);
 
-/// c_2 and c_3 of an argument within [`REACH`].
+/// c_2 and c_3 of arguments within [`REACH`].
 #[inline(always)]
-pub fn stumpff(z: f64) -> [f64; 2] {
+pub fn stumpff<S: Simd, const N: usize>(z: Lanes<S, N>) -> [Lanes<S, N>; 2] {
     let square = z * z;
-    // Even and odd powers apart: neither waits for the other.
-    [C2, C3].map(|c| {
-        let even = c[0] + square * (c[2] + square * c[4]);
-        let odd = c[1] + square * (c[3] + square * c[5]);
-        even + z * odd
-    })
+    let mut sums = [z; 2];
+    for (sum, c) in sums.iter_mut().zip([C2, C3]) {
+        // Even and odd powers apart: neither waits for the other.
+        let even = square.mul_add(square.mul_add(z.constant(c[4]), z.constant(c[2])), z.constant(c[0]));
+        let odd = square.mul_add(square.mul_add(z.constant(c[5]), z.constant(c[3])), z.constant(c[1]));
+        *sum = z.mul_add(odd, even);
+    }
+    sums
 }

@@ -7,10 +7,9 @@ use super::{Interaction, Method, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::gravity::Near;
 use crate::math::Vec3;
+use crate::math::rotation::{turned, turned_back};
 use crate::patience::Patience;
-use crate::quadrature::{
-    Order, closest_confocal, focal_degrees, focal_vectors, guess_degree, surface_degree,
-};
+use crate::quadrature::{Order, closest_confocal, focal_vectors, guess_degree};
 
 /// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
 pub const MAX_RULE_DEGREE: usize = 400;
@@ -120,25 +119,26 @@ impl Pair {
     }
 
     /// The body to integrate over and the degrees, of all directions and in the radius, where bounds give them.
-    fn by_bounds(&self, pose: &Pose) -> Option<(usize, [usize; 2])> {
-        let degrees = |integrated: usize| {
+    fn by_bounds(&mut self, pose: &Pose) -> Option<(usize, [usize; 2])> {
+        let needed = [0, 1].map(|integrated| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let Some(ellipsoid) = set.ellipsoid() else {
                 // The surface method integrates over a surface wherever there is one.
                 return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some([0; 2]);
             };
-            let roles = self.roles(integrated, pose);
-            let centre = roles.turn.transpose() * roles.origin;
-            let other = field.focal_axes()[0];
+            let (rotation, separation) = match integrated {
+                0 => (&pose.rotation_first, pose.separation),
+                _ => (&pose.rotation_second, -pose.separation),
+            };
+            let centre = turned(&set.canonical, &turned_back(rotation, &separation));
+            let (degrees, other) = (&mut self.degrees[integrated], field.focal_axes()[0]);
             match self.method {
-                Method::Surface => {
-                    surface_degree(ellipsoid, &centre, other, self.tolerance).map(|degree| [degree; 2])
-                }
+                Method::Surface => degrees.surface(ellipsoid, &centre, other).map(|degree| [degree; 2]),
                 _ if ellipsoid.focal_axes()[0] == 0.0 => Some([0; 2]),
-                _ => focal_degrees(ellipsoid, &centre, other, self.tolerance),
+                _ => degrees.focal(ellipsoid, &centre, other),
             }
-        };
-        self.cheaper([degrees(0), degrees(1)], pose.separation.norm())
+        });
+        self.cheaper(needed, pose.separation.norm())
     }
 
     /// The body to integrate over and a first guess of the degrees, by the rate of the confocal family.

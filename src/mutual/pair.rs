@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::math::matrix::times;
 use crate::math::rotation::{turned, turned_back};
 use crate::patience::{Patience, UNITS};
-use crate::quadrature::{Cell, Order};
+use crate::quadrature::{Cell, Degrees, Order};
 use crate::shape::{Shape, growth};
 use pulp::Arch;
 use std::ops::Range;
@@ -27,6 +27,8 @@ pub struct Pair {
     /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
     pub(super) unit: f64,
     pub(super) bodies: [BodyGravity; 2],
+    /// What a rule over each body needs.
+    pub(super) degrees: [Degrees; 2],
     /// The points that stand for each body where that one is integrated over.
     pub(super) carriers: [Carrier; 2],
     pub(super) multipole: Option<Multipole>,
@@ -75,6 +77,7 @@ impl Pair {
             arch,
             unit,
             bodies,
+            degrees: [Degrees::new(tolerance), Degrees::new(tolerance)],
             carriers,
             multipole,
             rule: None,

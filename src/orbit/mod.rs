@@ -12,4 +12,4 @@ mod propagate;
 
 pub use elements::KeplerElements;
 pub use path::{OrbitCells, OrbitPath, Place};
-pub use propagate::kepler_change;
+pub use propagate::{KeplerChange, kepler_change};

@@ -5,48 +5,63 @@
 //! Functions G_k and the solution as in Rein & Tamayo (2015), MNRAS 452, 376.
 
 use crate::math::Vec3;
+use crate::math::lanes::Lanes;
 use crate::math::stumpff::{REACH, stumpff};
+use pulp::Scalar;
 use std::f64::consts::TAU;
+
+/// What a time on an orbit changes.
+#[derive(Debug, Clone, Copy)]
+pub struct KeplerChange {
+    /// Change of the position.
+    pub position: Vec3,
+    /// Change of the velocity.
+    pub velocity: Vec3,
+    /// The acceleration at the end.
+    pub acceleration: Vec3,
+}
 
 /// Changes of position and velocity over a time on the orbit through them; `None` where doubles overflow or the iteration
 /// does not end.
 #[inline(always)]
-pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Option<(Vec3, Vec3)> {
-    if mu == 0.0 || time == 0.0 {
-        return Some((velocity * time, Vec3::zeros()));
+pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Option<KeplerChange> {
+    if mu == 0.0 {
+        let rest = Vec3::zeros();
+        return Some(KeplerChange { position: velocity * time, velocity: rest, acceleration: rest });
     }
     let r0 = position.norm();
     let inverse = 1.0 / r0;
-    let eta = position.dot(velocity);
-    let beta = 2.0 * mu * inverse - velocity.norm_squared();
-    let time = if beta > 0.0 {
-        let period = TAU * mu / (beta * beta.sqrt());
-        if time.abs() > period { time % period } else { time }
-    } else {
-        time
-    };
-    // r0 s + eta0 G2 + zeta0 G3 = t rises with s, since its derivative is the distance.
-    let zeta = mu - beta * r0;
+    let (square, pull) = (velocity.norm_squared(), mu * inverse);
+    let beta = 2.0 * pull - square;
+    let mut time = time;
+    if beta > 0.0 && time.abs() * beta * beta.sqrt() > TAU * mu {
+        time %= TAU * mu / (beta * beta.sqrt());
+    }
+    // Kepler's equation in units of the distance at the start: s + eta0 G2 + zeta0 G3 = t/r0 rises with s, since its derivative is the
+    // distance.
+    let (eta0, zeta) = (position.dot(velocity), square - pull);
+    let eta = eta0 * inverse;
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     let slope = time * inverse;
     // The first three terms of its inverse.
-    let (a, b) = (0.5 * eta * inverse * slope, zeta * inverse * slope * slope / 6.0);
+    let (a, b) = (0.5 * eta * slope, zeta * (slope * slope) * (1.0 / 6.0));
     let mut s = slope * (1.0 - a + (2.0 * a * a - b)).clamp(0.5, 1.5);
     let mut last_change = f64::INFINITY;
     for _ in 0..200 {
         let g = functions(beta, s);
-        let residual = (r0 * s - time) + eta * g[2] + zeta * g[3];
-        let r = r0 + eta * g[1] + zeta * g[2];
+        let residual = (r0 * s - time) * inverse + (eta * g[2] + zeta * g[3]);
+        let r = 1.0 + (eta * g[1] + zeta * g[2]);
         if residual > 0.0 {
             high = high.min(s)
         } else {
             low = low.max(s)
         }
-        // Danby's step of fourth order, by the derivatives of the distance.
+        // Danby's step of fourth order, by the derivatives of the distance, with one division for three.
         let (second, third) = (eta * g[0] + zeta * g[1], zeta * g[0] - beta * eta * g[1]);
-        let newton = -residual / r;
-        let halley = -residual / (r + 0.5 * newton * second);
-        let step = -residual / (r + halley * (0.5 * second + halley * third / 6.0));
+        let halley = r * r - residual * (0.5 * second);
+        let both = halley * halley;
+        let further = (0.5 * second) * halley - residual * (r * third * (1.0 / 6.0));
+        let step = -residual * both / (r * (both - residual * further));
         let danby = s + step;
         let inside = danby > low && danby < high && danby.is_finite();
         let next = if inside {
@@ -69,14 +84,14 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
             } else {
                 functions(beta, s)
             };
-            let r = r0 + eta * g[1] + zeta * g[2];
-            let there = mu / r;
-            let (f, fdot) = (-mu * inverse * g[2], -there * inverse * g[1]);
-            let (g_time, gdot) = (r0 * g[1] + eta * g[2], -there * g[2]);
-            let position_change = f * position + g_time * velocity;
-            let velocity_change = fdot * position + gdot * velocity;
-            let finite = position_change.iter().chain(&velocity_change).all(|x| x.is_finite());
-            return finite.then_some((position_change, velocity_change));
+            let nearness = 1.0 / (1.0 + (eta * g[1] + zeta * g[2]));
+            let (f, g_time) = (-pull * g[2], r0 * g[1] + eta0 * g[2]);
+            let (fdot, gdot) = (-(pull * inverse) * g[1] * nearness, f * nearness);
+            let change = [f * position + g_time * velocity, fdot * position + gdot * velocity];
+            let there = nearness * inverse;
+            let acceleration = (position + change[0]) * (-mu * there * there * there);
+            let finite = (change[0].sum() + change[1].sum()).is_finite();
+            return finite.then_some(KeplerChange { position: change[0], velocity: change[1], acceleration });
         }
         last_change = change;
     }
@@ -92,7 +107,7 @@ fn functions(beta: f64, s: f64) -> [f64; 4] {
         z *= 0.25;
         doublings += 1;
     }
-    let [mut c2, mut c3] = stumpff(z);
+    let [mut c2, mut c3] = stumpff(Lanes::<_, 1>::splat(Scalar, z)).map(Lanes::first);
     let (mut c0, mut c1) = (1.0 - z * c2, 1.0 - z * c3);
     for _ in 0..doublings {
         (c2, c3) = (0.5 * c1 * c1, 0.25 * (c2 + c0 * c3));

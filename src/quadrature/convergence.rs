@@ -74,40 +74,80 @@ impl Order {
 /// For rates below this the bounds ask for more nodes than a comparison of rules does.
 const SLOWEST_RATE: f64 = 2.0;
 
-/// The degree to which the surface rule has to be exact, or `None` for bodies too close for the bound.
+/// The degrees that the rules of one body need in the field of another one, for a tolerance.
 ///
-/// `centre` is the other body's centre in the canonical frame, `other_focal` its largest focal semi-axis.
-pub fn surface_degree(
-    ellipsoid: &Ellipsoid,
-    centre: &Vec3,
-    other_focal: f64,
+/// They fall as the rates grow. So it is remembered between which rates the last answer holds, and logarithms are taken only outside of
+/// them: the answers are the same without the memory.
+#[derive(Debug, Clone)]
+pub struct Degrees {
     tolerance: f64,
-) -> Option<usize> {
-    degree_for((centre.norm() - other_focal) / ellipsoid.sorted()[0], tolerance, 0.0, 2)
+    surface: Known,
+    radial: Known,
+    angular: Known,
+    /// A number of radii, and [`outermost_ring`] of it.
+    ring: (usize, f64),
 }
 
-/// The degree to which the focal rule has to be exact, and that of the integrand's mean over the angle, or `None` for bodies too
-/// close for the bound; see [`surface_degree`].
-pub fn focal_degrees(
-    ellipsoid: &Ellipsoid,
-    centre: &Vec3,
-    other_focal: f64,
-    tolerance: f64,
-) -> Option<[usize; 2]> {
-    let p = ellipsoid.focal_axes()[0];
-    // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no more
-    // than the point moves.
-    let (h, v) = (centre.xy().norm() / p, centre.z / p);
-    let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
-    let radial = degree_for(semi_major + (semi_major * semi_major - 1.0).sqrt(), tolerance, 0.0, 0)?;
-    // A rule that stays in use may have one radius more.
-    let outermost = p * outermost_ring(Order::focal([radial; 2]).gauss + 1);
-    let h = (centre.xy().norm() - other_focal).max(0.0) / outermost;
-    let v = (centre.z.abs() - other_focal).max(0.0) / outermost;
-    let beyond = h * h - v * v - 1.0;
-    let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
-    let degree = degree_for(sinh + length(1.0, sinh), tolerance, 1.0, 1)?;
-    Some([degree, radial.min(degree)])
+/// A degree and the rates between which it is known to be needed.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    degree: usize,
+    slowest: f64,
+    fastest: f64,
+}
+
+impl Degrees {
+    /// Without memory.
+    pub fn new(tolerance: f64) -> Self {
+        let known = Known { degree: 0, slowest: f64::INFINITY, fastest: 0.0 };
+        let [surface, radial, angular] = [known; 3];
+        Self { tolerance, surface, radial, angular, ring: (0, 0.0) }
+    }
+
+    /// The degree to which the surface rule has to be exact, or `None` for bodies too close for the bound.
+    ///
+    /// `centre` is the other body's centre in the canonical frame, `other_focal` its largest focal semi-axis.
+    pub fn surface(&mut self, ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64) -> Option<usize> {
+        let rate = (centre.norm() - other_focal) / ellipsoid.sorted()[0];
+        self.surface.degree_for(rate, self.tolerance, 0.0, 2)
+    }
+
+    /// The degree to which the focal rule has to be exact, and that of the integrand's mean over the angle, or `None` for bodies too
+    /// close for the bound; see [`Self::surface`].
+    pub fn focal(&mut self, ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64) -> Option<[usize; 2]> {
+        let p = ellipsoid.focal_axes()[0];
+        // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no
+        // more than the point moves.
+        let (h, v) = (centre.xy().norm() / p, centre.z / p);
+        let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
+        let rate = semi_major + (semi_major * semi_major - 1.0).sqrt();
+        let radial = self.radial.degree_for(rate, self.tolerance, 0.0, 0)?;
+        // A rule that stays in use may have one radius more.
+        let gauss = Order::focal([radial; 2]).gauss + 1;
+        if self.ring.0 != gauss {
+            self.ring = (gauss, outermost_ring(gauss));
+        }
+        let outermost = p * self.ring.1;
+        let h = (centre.xy().norm() - other_focal).max(0.0) / outermost;
+        let v = (centre.z.abs() - other_focal).max(0.0) / outermost;
+        let beyond = h * h - v * v - 1.0;
+        let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
+        let degree = self.angular.degree_for(sinh + length(1.0, sinh), self.tolerance, 1.0, 1)?;
+        Some([degree, radial.min(degree)])
+    }
+}
+
+impl Known {
+    /// As [`degree_for`], which falls as the rate grows.
+    fn degree_for(&mut self, rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
+        if !(self.slowest..=self.fastest).contains(&rate) {
+            let degree = degree_for(rate, tolerance, power, more)?;
+            let (slowest, fastest) =
+                if degree == self.degree { (self.slowest, self.fastest) } else { (rate, rate) };
+            *self = Self { degree, slowest: slowest.min(rate), fastest: fastest.max(rate) };
+        }
+        Some(self.degree)
+    }
 }
 
 /// No less than the radius of the outermost ring of a focal rule: its t = sqrt(1 - rho^2) is the least positive root of

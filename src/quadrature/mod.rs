@@ -10,7 +10,6 @@ mod nodes;
 
 pub use cells::{Cell, Cells, Demand, Division};
 pub use convergence::{
-    Order, closest_confocal, focal_degrees, focal_distance, focal_vectors, guess_degree, layer_degree,
-    surface_degree,
+    Degrees, Order, closest_confocal, focal_distance, focal_vectors, guess_degree, layer_degree,
 };
 pub use nodes::{Nodes, Stretch};

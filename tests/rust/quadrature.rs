@@ -5,9 +5,7 @@ use crate::support::*;
 use fullbody::math::lanes::{BLOCK, VectorPath};
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::Method;
-use fullbody::quadrature::{
-    Nodes, Order, closest_confocal, focal_degrees, focal_vectors, guess_degree, surface_degree,
-};
+use fullbody::quadrature::{Degrees, Nodes, Order, closest_confocal, focal_vectors, guess_degree};
 use fullbody::shape::Ellipsoid;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -186,11 +184,10 @@ proptest! {
             let towards = if integrated == 0 { pose.separation } else { -pose.separation };
             let centre = ellipsoids[integrated].canonical() * rotation.transpose() * towards;
             let other = largest(&ellipsoids[1 - integrated]);
+            let (ellipsoid, mut degrees) = (&ellipsoids[integrated], Degrees::new(tolerance));
             let order = match method {
-                Method::Focal => {
-                    focal_degrees(&ellipsoids[integrated], &centre, other, tolerance).map(Order::focal)
-                }
-                _ => surface_degree(&ellipsoids[integrated], &centre, other, tolerance).map(Order::surface),
+                Method::Focal => degrees.focal(ellipsoid, &centre, other).map(Order::focal),
+                _ => degrees.surface(ellipsoid, &centre, other).map(Order::surface),
             };
             let Some(order) = order else { continue };
             prop_assert!(order.angles < 120);
@@ -278,15 +275,35 @@ fn a_wide_focal_ellipse_beside_a_needle() {
     }
 }
 
+/// What is remembered of other separations changes no answer.
+#[test]
+fn degrees_do_not_depend_on_the_past() {
+    let disc = Ellipsoid::new([1.0, 0.8, 0.25]).unwrap();
+    let mut remembered = Degrees::new(1e-13);
+    let mut answers = Vec::new();
+    for k in 0..3000 {
+        // To and fro between one and forty radii, ever nearer to the disc's axis.
+        let (distance, angle) = (7.0 + 6.0 * (0.1 * f64::from(k)).sin(), 5e-4 * f64::from(k));
+        let centre = Vec3::new(distance * angle.cos(), 0.0, 3.0 * distance * angle.sin());
+        let answer = |degrees: &mut Degrees| {
+            (degrees.surface(&disc, &centre, 0.3), degrees.focal(&disc, &centre, 0.3))
+        };
+        let fresh = answer(&mut Degrees::new(1e-13));
+        assert_eq!(answer(&mut remembered), fresh);
+        answers.push(fresh);
+    }
+    answers.sort();
+    answers.dedup();
+    assert!(answers.len() > 50 && answers[0].0.is_none(), "{}", answers.len());
+}
+
 #[test]
 fn bounds_answer_only_for_separate_bodies_and_grow_as_they_near() {
     let disc = Ellipsoid::new([1.0, 1.0, 0.25]).unwrap();
     let degree = |d: f64, tolerance: f64| {
         let centre = Vec3::new(d, 0.0, 0.0);
-        [
-            surface_degree(&disc, &centre, 0.5, tolerance),
-            focal_degrees(&disc, &centre, 0.5, tolerance).map(|[degree, _]| degree),
-        ]
+        let mut degrees = Degrees::new(tolerance);
+        [degrees.surface(&disc, &centre, 0.5), degrees.focal(&disc, &centre, 0.5).map(|[degree, _]| degree)]
     };
     assert_eq!(degree(1.3, 1e-10), [None, None]);
     for which in [0, 1] {

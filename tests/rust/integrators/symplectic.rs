@@ -2,14 +2,16 @@
 
 use super::systems::*;
 use crate::support::{cases, direction, semi_axes};
-use fullbody::dynamics::{AttitudeChart, Top, farthest_turn, variational_rotation};
+use fullbody::dynamics::{AttitudeChart, Settings, State, System, Top, farthest_turn, variational_rotation};
 use fullbody::error::{Error, Result};
 use fullbody::integrate::Scheme;
+use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::names::Named;
 use fullbody::orbit::kepler_change;
 use fullbody::patience::Patience;
+use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{Integrator, Output, Simulation};
 use proptest::prelude::*;
 
@@ -147,6 +149,52 @@ fn top_at_rest() {
     }
 }
 
+/// Bodies of all kinds that turn side by side turn as each does alone, slow ones beside fast ones.
+#[test]
+fn tops_side_by_side() {
+    let axes = |k: usize| match k % 4 {
+        0 => [0.3, 0.3, 0.2],
+        1 => [0.3, 0.25, 0.2],
+        2 => [0.2, 0.3, 0.25],
+        _ => [0.2, 0.3, 0.3],
+    };
+    let bodies: Vec<Body> = (0..23)
+        .map(|k| {
+            let shape = if k == 7 { Shape::Point } else { Shape::ellipsoid(axes(k)).unwrap() };
+            Body::with_mass(format!("{k}"), shape, 1.0 + 0.1 * k as f64).unwrap()
+        })
+        .collect();
+    let start = |k: usize| {
+        let (a, speed) = (k as f64, 0.05 * 1.3_f64.powi(k as i32));
+        let spin = Vec3::new(a.sin(), (2.0 * a).cos(), (0.7 * a).cos()) * speed;
+        (rotation::normalised([1.0, 0.3 * a.cos(), -0.2, 0.5 * a.sin()]), spin)
+    };
+    let position = (0..23).map(|k| Vec3::new(10.0 * k as f64, 0.0, (k as f64).sin())).collect();
+    let (attitude, spin) = (0..23).map(start).unzip();
+    let state = State::new(0.0, position, vec![Vec3::zeros(); 23], attitude, spin).unwrap();
+    for vector_path in VectorPath::available() {
+        // As points they turn freely.
+        let settings = Settings { gravity: Method::Point, vector_path, ..Settings::default() };
+        let system = System::new(bodies.clone(), 1e-20, settings).unwrap();
+        let mut simulation = Simulation::new(&system, &state, splitting(0.5, Scheme::Aba864)).unwrap();
+        simulation.step(0.5, &mut Patience::endless()).unwrap();
+        let end = simulation.state();
+        for (k, body) in bodies.iter().enumerate() {
+            let (q, spin) = start(k);
+            let (turned, change) = Top::new(body.inertia()).turn(q, spin, 0.5).unwrap();
+            let bound = 2e-14 * (1.0 + spin.norm());
+            assert!(
+                (end.spin[k] - spin - change).norm() < bound * (1.0 + spin.norm()),
+                "{vector_path:?} {k}"
+            );
+            assert!(
+                (0..4).all(|c| (end.attitude[k][c] - q[c] - turned[c]).abs() < bound),
+                "{vector_path:?} {k}"
+            );
+        }
+    }
+}
+
 /// The discrete rotation keeps the angular momentum in space to round-off, undoes itself, and is of second order.
 #[test]
 fn discrete_top() {
@@ -180,15 +228,22 @@ fn kepler_motion() {
         let rate = (mu / f64::abs(a * a * a)).sqrt();
         let (r, v) = elements(m0).to_cartesian(mu).unwrap();
         for time in [1e-3, 0.3, -2.0, 25.0] {
-            let (moved, turned) = kepler_change(&r, &v, mu, time).unwrap();
+            let change = kepler_change(&r, &v, mu, time).unwrap();
+            let (moved, turned) = (change.position, change.velocity);
             let (x, u) = elements(m0 + rate * time).to_cartesian(mu).unwrap();
             let scale = x.norm().max(r.norm());
             assert!((r + moved - x).norm() < 2e-13 * scale, "{e} {time}: {:e}", (r + moved - x).norm());
             assert!((v + turned - u).norm() < 2e-13 * u.norm().max(v.norm()) / (1.0 - e).abs().min(1.0));
+            let pull = -mu / x.norm().powi(3) * x;
+            assert!((change.acceleration - pull).norm() < 1e-12 * pull.norm() * scale / x.norm());
         }
     }
-    let (moved, turned) = kepler_change(&Vec3::x(), &Vec3::y(), 0.0, 2.0).unwrap();
-    assert_eq!((moved, turned), (2.0 * Vec3::y(), Vec3::zeros()));
+    let change = kepler_change(&Vec3::x(), &Vec3::y(), 0.0, 2.0).unwrap();
+    assert_eq!((change.position, change.velocity), (2.0 * Vec3::y(), Vec3::zeros()));
+    // No time, no change.
+    let change = kepler_change(&Vec3::x(), &Vec3::y(), 2.0, 0.0).unwrap();
+    assert_eq!((change.position, change.velocity), (Vec3::zeros(), Vec3::zeros()));
+    assert_eq!(change.acceleration, -2.0 * Vec3::x());
 }
 
 fn splitting(step: f64, scheme: Scheme) -> Integrator {
