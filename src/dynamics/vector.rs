@@ -4,6 +4,7 @@
 use super::layout::vector;
 use super::{AttitudeChart, Dynamics};
 use crate::math::compensated::{two_product, two_sum};
+use pulp::{Simd, WithSimd};
 
 impl Dynamics {
     /// The natural sizes that errors of each body are measured against: (position, velocity, spin).
@@ -44,23 +45,33 @@ impl Dynamics {
     /// Brings quaternions back to unit length, in twice the working precision so that nothing of the state's low part
     /// is lost. A projection onto an invariant: the order of the method stays.
     pub fn restore(&self, high: &mut [f64], low: &mut [f64]) {
-        if self.layout.chart != AttitudeChart::Quaternion {
-            return;
+        if self.layout.chart == AttitudeChart::Quaternion {
+            let attitudes = self.layout.attitude(0)..self.layout.spin(0);
+            let (high, low) = (&mut high[attitudes.clone()], &mut low[attitudes]);
+            self.system.arch().dispatch(Normalise(high.as_chunks_mut().0, low.as_chunks_mut().0));
         }
-        for body in 0..self.layout.bodies {
-            let a = self.layout.attitude(body);
+    }
+}
+
+/// Quaternions in two parts that are brought to unit length.
+struct Normalise<'a>(&'a mut [[f64; 4]], &'a mut [[f64; 4]]);
+
+impl WithSimd for Normalise<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (high, low) in self.0.iter_mut().zip(self.1) {
             let (mut sum, mut tail) = (-1.0, 0.0);
-            for c in a..a + 4 {
+            for c in 0..4 {
                 let (square, error) = two_product(high[c], high[c]);
                 let (total, carry) = two_sum(sum, square);
                 sum = total;
                 tail += carry + error + 2.0 * high[c] * low[c];
             }
             let correction = -0.5 * (sum + tail);
-            for c in a..a + 4 {
-                let (total, carry) = two_sum(high[c], low[c] + correction * high[c]);
-                high[c] = total;
-                low[c] = carry;
+            for c in 0..4 {
+                (high[c], low[c]) = two_sum(high[c], low[c] + correction * high[c]);
             }
         }
     }

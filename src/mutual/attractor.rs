@@ -20,6 +20,8 @@ pub struct BodyGravity {
     pub(super) canonical: Mat3,
     /// Whether they are in the body frame.
     sorted: bool,
+    /// Semi-axes of the focal ellipse; zeros for what has none.
+    focal_axes: [f64; 2],
     pub(super) series: Arc<FarSeries>,
     /// Of a polyhedron in a pair.
     pub(super) facets: Option<Arc<Facets>>,
@@ -29,13 +31,14 @@ pub struct BodyGravity {
 impl BodyGravity {
     /// Precomputes for a shape what the store does not have yet; the name is for errors.
     pub fn new(name: &str, shape: &Shape, store: &Arc<Store>) -> Self {
-        let canonical = match shape {
-            Shape::Ellipsoid(e) => e.canonical(),
-            Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
+        let (canonical, focal_axes) = match shape {
+            Shape::Ellipsoid(e) => (e.canonical(), e.focal_axes()),
+            Shape::Polyhedron(_) | Shape::Point => (Mat3::identity(), [0.0; 2]),
         };
         let sorted = canonical == Mat3::identity();
         let (series, store) = (store.series(shape), store.clone());
-        Self { name: name.to_owned(), shape: shape.clone(), canonical, sorted, series, facets: None, store }
+        let (name, shape) = (name.to_owned(), shape.clone());
+        Self { name, shape, canonical, sorted, focal_axes, series, facets: None, store }
     }
 
     /// The same in units of `unit`, with a polyhedron's facets.
@@ -105,6 +108,6 @@ impl BodyGravity {
 
     /// Semi-axes of the focal ellipse; zeros for a sphere or a point.
     pub(super) fn focal_axes(&self) -> [f64; 2] {
-        self.ellipsoid().map_or([0.0; 2], Ellipsoid::focal_axes)
+        self.focal_axes
     }
 }
