@@ -262,7 +262,10 @@ impl PartSurface {
             let ahead = match &self.form {
                 Form::Ellipsoid { shortest, .. } => {
                     let (rate, bend) = (rate * direction, 2.0 * worst.bend / (shortest * shortest));
-                    (rate + (rate * rate + 2.0 * bend * value.max(0.0)).sqrt()) / bend
+                    let value = value.max(0.0);
+                    let root = (rate * rate + 2.0 * bend * value).sqrt();
+                    // Neither is a difference of nearly equal numbers.
+                    if rate < 0.0 { 2.0 * value / (root - rate) } else { (rate + root) / bend }
                 }
                 Form::Polyhedron(_) => value / worst.speed,
             };

@@ -71,6 +71,10 @@ impl Order {
     }
 }
 
+/// On the disc's axis the error of the field is up to seven times rate^-4n of n radii, of rates from 2 on: with this and the margin of
+/// one degree less than three times the tolerance.
+const ON_AXIS: f64 = 1.2;
+
 /// For rates below this the bounds ask for more nodes than a comparison of rules does.
 const SLOWEST_RATE: f64 = 2.0;
 
@@ -121,7 +125,7 @@ impl Degrees {
         let (h, v) = (centre.xy().norm() / p, centre.z / p);
         let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
         let rate = semi_major + (semi_major * semi_major - 1.0).sqrt();
-        let radial = self.radial.degree_for(rate, self.tolerance, 0.0, 0)?;
+        let radial = self.radial.degree_for(rate, self.tolerance / ON_AXIS, 0.0, 0)?;
         // A rule that stays in use may have one radius more.
         let gauss = Order::focal([radial; 2]).gauss + 1;
         if self.ring.0 != gauss {
@@ -133,7 +137,7 @@ impl Degrees {
         let beyond = h * h - v * v - 1.0;
         let sinh = if beyond > 0.0 { length(v, beyond / (2.0 * h)) } else { v };
         let degree = self.angular.degree_for(sinh + length(1.0, sinh), self.tolerance, 1.0, 1)?;
-        Some([degree, radial.min(degree)])
+        Some([degree, radial])
     }
 }
 
@@ -157,9 +161,10 @@ fn outermost_ring(gauss: usize) -> f64 {
     ((1.0 - t) * (1.0 + t)).sqrt()
 }
 
-/// The angles of a ring that is `times` smaller than the outermost one, whose own meet the tolerance; as many if that is zero, or so
-/// loose that at no rate so many are needed.
-pub fn angles_of_ring(outermost: usize, times: f64, tolerance: f64) -> usize {
+/// The angles of a ring that is `times` smaller than the outermost one, whose own meet the tolerance, and has so many times its
+/// weight; as many if the tolerance is zero, or so loose that at no rate so many are needed. The ring's share in the error may be twice
+/// that of the outermost one.
+pub fn angles_of_ring(outermost: usize, times: f64, weight: f64, tolerance: f64) -> usize {
     let degree = outermost as f64 - 2.0;
     if degree < 1.0 || tolerance <= 0.0 {
         return outermost;
@@ -169,7 +174,8 @@ pub fn angles_of_ring(outermost: usize, times: f64, tolerance: f64) -> usize {
     let slower = |speed: f64| ((digits - (digits / speed).ln_1p()) / degree).max(0.0);
     let speed = (0..100).fold(digits / degree, |speed, _| slower(speed));
     if speed > 0.0 {
-        (degree_of((times * speed.sinh()).asinh(), tolerance, 1.0, 1) + 1).min(outermost)
+        (degree_of((times * speed.sinh()).asinh(), tolerance / (0.5 * weight).max(1.0), 1.0, 1) + 1)
+            .min(outermost)
     } else {
         outermost
     }

@@ -76,12 +76,13 @@ impl Nodes {
     pub fn focal(order: Order, tolerance: f64) -> Self {
         let mut nodes = Self::empty();
         let rule = GaussLegendre::new(nonzero(2 * order.gauss + 1));
-        let positive = || rule.nodes().zip(rule.weights()).filter(|(t, _)| **t > 1e-9);
-        let radius = |t: f64| ((1.0 - t) * (1.0 + t)).sqrt();
-        let outermost = positive().map(|(&t, _)| radius(t)).fold(0.0, f64::max);
-        for (&t, &weight) in positive() {
-            let angles = angles_of_ring(order.angles, outermost / radius(t), tolerance);
-            nodes.ring(radius(t), 0.0, 3.0 * t * t * weight, angles);
+        let positive = rule.nodes().zip(rule.weights()).filter(|(t, _)| **t > 1e-9);
+        let ring = |(&t, &weight): (&f64, &f64)| (((1.0 - t) * (1.0 + t)).sqrt(), 3.0 * t * t * weight);
+        let rings: Vec<_> = positive.map(ring).collect();
+        let outermost = rings.iter().copied().fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+        for (radius, weight) in rings {
+            let angles = angles_of_ring(order.angles, outermost.0 / radius, weight / outermost.1, tolerance);
+            nodes.ring(radius, 0.0, weight, angles);
         }
         nodes.padded()
     }

@@ -517,14 +517,14 @@ class BaseSystem(Tabled):
         return tuple(force for force in self._forces if force.name in self._calls)
 
     def _caused(self, error: BaseException) -> BaseException:
-        """The error with what the function of a force raised as its cause; Ctrl-C in there is Ctrl-C."""
+        """The error with what the function of a force raised as its cause; Ctrl-C and an exit in there stay what they are."""
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if not isinstance(error, ForceFailed) or call is None:
             return error
         raised = call.raised(error.answer)
         if raised is None:
             return KeyboardInterrupt() if call.is_lost(error.answer) else error
-        if isinstance(raised, KeyboardInterrupt):
+        if not isinstance(raised, Exception):
             return raised
         what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
         caused = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)

@@ -323,6 +323,16 @@ def test_a_simulation_may_not_be_touched_from_within():
         sim.integrate(1.0)
 
 
+def test_an_exit_within_a_function():
+    """It ends the program, as it would anywhere else."""
+    system, state = pair()
+    leaving = system.with_forces([Function(lambda now, state: sys.exit(3), name="leaving")])
+    for ask in (lambda: leaving.integrate(state, 1.0), lambda: leaving.loads(state)):
+        with pytest.raises(SystemExit) as caught:
+            ask()
+        assert caught.value.code == 3
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="has no pthread_kill")
 def test_an_interrupt_within_a_function():
     """Ctrl-C while the function sleeps: the run so far, and not a failed force."""

@@ -182,3 +182,20 @@ def test_an_ejecta_cone():
     assert filled.velocity[:, 0].mean() == pytest.approx(0.1 * (1.0 + np.cos(0.6)), rel=5e-3)
     again = fullbody.Particles.ejecta(system, state, 0, opening_angle=1.2, **options)
     assert np.array_equal(again.velocity, mantle.velocity)
+
+
+@pytest.mark.parametrize("speed", [1e2, 1e4, 1e7])
+def test_the_fastest_strike_too(speed):
+    """At any speed beside that of escape the search neither passes over a body nor creeps."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(1, 0.6, 0.3), mass=1e-12),
+        fullbody.Body(fullbody.Sphere(1e-3), mass=1e-12),
+    ]
+    state = fullbody.State(position=[[0, 0, 0], [1e4, 0, 0]], velocity=np.zeros((2, 3)))
+    places = np.random.default_rng(0).normal(size=(50, 3))
+    places *= 5 / np.linalg.norm(places, axis=1)[:, None]
+    flight = fullbody.System(bodies, G=1.0).fly(state, fullbody.Particles(places, -places / 5 * speed), 12 / speed)
+    assert np.all(flight.fate == "impact")
+    # Straight on to the surface, towards the centre.
+    surface = 1 / np.linalg.norm(places / 5 / [1, 0.6, 0.3], axis=1)
+    assert np.allclose(flight.fate_time * speed, 5 - surface, rtol=1e-9)
