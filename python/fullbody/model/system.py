@@ -517,7 +517,7 @@ class BaseSystem(Tabled):
         return tuple(force for force in self._forces if force.name in self._calls)
 
     def _caused(self, error: BaseException) -> BaseException:
-        """The error with what the function of a force raised as its cause; Ctrl-C and an exit in there stay what they are."""
+        """The error with what the function of a force raised as its cause; Ctrl-C and an exit stay what they are."""
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if not isinstance(error, ForceFailed) or call is None:
             return error
