@@ -61,6 +61,8 @@ class Pushing:
         if threads is not None and ((count := integer(threads)) is None or count < 1):
             raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
         self._threads = threads
+        if self._radiation is None and self._numbers[2].any():
+            caution("the particles have an area_to_mass, and no light acts on them: radiation is not given")
         for force in system.forces:
             if force._kind == "Function":
                 caution(f"{force.name} is a function of the bodies' states, which particles do not feel")

@@ -70,9 +70,10 @@ def longest_step(
         # The error falls with the sixth power of the step or a higher one, but only until rounding is left.
         ahead = math.log(found / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < found < math.inf else 1.0
         step *= _RATIO ** max(1, math.floor(ahead))
+    attach = system._units.attach
     raise NotConverged(
-        f"no step keeps the error of the energy below {energy_error:g} for {length:g}: the least is {best[0]:.1e} at "
-        f"a step of {best[1]:.3g}{reason}; take a larger energy_error, or Verner98"
+        f"no step keeps the error of the energy below {energy_error:g} for {attach(length, 'time'):.5g}: the least is "
+        f"{best[0]:.1e} at a step of {attach(best[1], 'time'):.3g}{reason}; take a larger energy_error, or Verner98"
     )
 
 

@@ -122,3 +122,9 @@ def test_ctrl_c_gives_back_what_there_is(run):
     with pytest.raises(fullbody.Interrupted) as caught:
         run.fly(ONE, output="ends", progress=stop)
     assert caught.value.flight.position.shape == (2, 1, 3)
+
+
+def test_an_area_without_light_is_warned_of(run):
+    lit = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]], area_to_mass=1e-3)
+    with pytest.warns(fullbody.InconsistentInput, match="radiation is not given"):
+        run.fly(lit, 0.1)
