@@ -71,10 +71,6 @@ impl Order {
     }
 }
 
-/// On the disc's axis the error of the field is up to seven times rate^-4n of n radii, of rates from 2 on: with this and the margin of
-/// one degree less than three times the tolerance.
-const ON_AXIS: f64 = 1.2;
-
 /// For rates below this the bounds ask for more nodes than a comparison of rules does.
 const SLOWEST_RATE: f64 = 2.0;
 
@@ -125,7 +121,7 @@ impl Degrees {
         let (h, v) = (centre.xy().norm() / p, centre.z / p);
         let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
         let rate = semi_major + (semi_major * semi_major - 1.0).sqrt();
-        let radial = self.radial.degree_for(rate, self.tolerance / ON_AXIS, 0.0, 0)?;
+        let radial = self.radial.degree_for(rate, self.tolerance, 0.0, 0)?;
         // A rule that stays in use may have one radius more.
         let gauss = Order::focal([radial; 2]).gauss + 1;
         if self.ring.0 != gauss {
