@@ -41,9 +41,9 @@ class BaseSystem(Tabled):
         ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
     gravity_tolerance : float
         The error that the quadrature may have, relative to the size of the force, and for the torque on a body relative
-        to the force times its longest semi-axis. At worst it has three times that. Rounding leaves 2e-14 of either. The
-        energy by ``"surface"`` may be off by thirty times the tolerance where surfaces nearly touch. Where the
-        quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
+        to the force times its longest semi-axis. At worst it has three to four times that. Rounding leaves 2e-14 of
+        either. The energy by ``"surface"`` may be off by thirty times the tolerance where surfaces nearly touch. Where
+        the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
     order : (int, int), optional
         A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
     units : (length, time, mass) or bool, optional
