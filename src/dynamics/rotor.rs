@@ -4,15 +4,12 @@
 //! who keeps low parts loses nothing of them. Vectors are from the axis on that is singled out.
 
 use crate::math::Vec3;
-use crate::math::lanes::{BLOCK, INTERLEAVED, Lanes};
+use crate::math::lanes::{Lanes, WIDEST};
 use crate::math::stumpff::{REACH, stumpff};
 use pulp::Simd;
 
 /// A number of as many bodies as a register has lanes.
 pub(super) type Numbers<S> = Lanes<S, 1>;
-
-/// The most lanes that a register has.
-pub(super) const WIDEST: usize = BLOCK / INTERLEAVED;
 
 /// cos a - 1 and sin a / a of a^2.
 #[inline(always)]

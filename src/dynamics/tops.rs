@@ -3,9 +3,10 @@
 //! Takes moments of inertia, attitudes, spins and a time; gives the changes of attitude and spin. Bodies of a kind are turned side by
 //! side.
 
-use super::rotor::{Kind, Numbers, Symmetric, TRIAXIAL, Triaxial, WIDEST};
+use super::rotor::{Kind, Numbers, Symmetric, TRIAXIAL, Triaxial};
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::math::lanes::WIDEST;
 use pulp::{Scalar, Simd};
 
 pub(super) type Quaternion = [f64; 4];

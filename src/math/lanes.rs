@@ -10,7 +10,10 @@ use pulp::{Arch, Simd};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The longest block that any path works on, in doubles; node lists are padded to a multiple of it.
-pub const BLOCK: usize = 8 * INTERLEAVED;
+pub const BLOCK: usize = WIDEST * INTERLEAVED;
+
+/// The most lanes that a register has on any path.
+pub const WIDEST: usize = 8;
 
 /// Which instructions the hot loops use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,24 +1,22 @@
 //! Rows of doubles, one number of a vector in each column: weighted sums and largest changes, a register of columns at a time.
 
 use super::compensated::two_sum_in;
+use super::lanes::WIDEST;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Registers of a row that are summed side by side.
 const COLUMNS: usize = 4;
 
-/// Numbers in whole registers of every path.
-const REGISTER: usize = 8;
-
 /// As many numbers as fill registers.
 pub fn whole(length: usize) -> usize {
-    length.next_multiple_of(REGISTER)
+    length.next_multiple_of(WIDEST)
 }
 
 /// From one row to the next: whole registers, and an odd number of them. Of rows that lie a power of two apart a processor takes one
 /// for another.
 pub fn stride(length: usize) -> usize {
-    (length.div_ceil(REGISTER) | 1) * REGISTER
+    (length.div_ceil(WIDEST) | 1) * WIDEST
 }
 
 /// Largest differences of rows from the first one, in the columns of a range.

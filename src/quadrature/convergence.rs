@@ -25,7 +25,7 @@
 //!
 //! A ring of radius rho within the disc is the edge of a smaller disc, from which the other body is further away in units of
 //! its radius: sinh V grows by 1/rho or more, and the ring needs fewer angles. The outermost ring has those of its own disc; what
-//! the inner ones need follows from their number ([`angles_of_ring`]).
+//! the inner ones need follows from their number and from the weights ([`angles_of_ring`]).
 //!
 //! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
 //! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
