@@ -1,10 +1,10 @@
 //! The equations of motion over the integrator's vector.
 
+use super::actions::Actions;
 use super::layout::vector;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
 use crate::environment::{Environment, Switch};
 use crate::error::{Error, Result};
-use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Foreseen, Interaction, Link, Pair, Pose, RuleMemory, TooNear};
 use crate::patience::{Patience, UNITS};
@@ -32,15 +32,17 @@ pub struct Dynamics {
     /// Parts in which it is made: links, and the nodes of their rules.
     parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
+    /// Rotation matrices of the last vector, and its attitudes as quaternions where forces from outside want them.
+    pub(super) rotation: Vec<Mat3>,
+    pub(super) attitude: Vec<[f64; 4]>,
     pub(super) acceleration: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
     /// Where the barycentre nominally is.
     pub(super) frame: BarycentricFrame,
     pub(super) outside: Environment,
-    /// 1 over the mass of each body, and of all.
-    pub(super) inverse_mass: Vec<f64>,
-    pub(super) inverse_total: f64,
-    /// What the forces from outside give the barycentre.
+    /// What they do together.
+    pub(super) actions: Actions,
+    /// What they give the barycentre.
     pub(super) barycentre_acceleration: Vec3,
 }
 
@@ -55,6 +57,7 @@ impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
         let n = system.bodies().len();
         system.polyhedra(patience)?;
+        let outside = system.environment()?;
         // Half a million pairs, of a thousand bodies, are not to be moved about.
         let mut links = Vec::with_capacity(system.count_links());
         for (i, j) in system.pairs() {
@@ -69,12 +72,13 @@ impl Dynamics {
             parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
+            rotation: vec![Mat3::identity(); n],
+            attitude: vec![[0.0; 4]; if outside.wants_attitudes() { n } else { 0 }],
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             frame: *frame,
-            outside: system.environment()?,
-            inverse_mass: system.bodies().iter().map(|body| 1.0 / body.mass).collect(),
-            inverse_total: 1.0 / sum(system.bodies().iter().map(|body| body.mass)),
+            outside,
+            actions: Actions::none(system.bodies()),
             barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })
@@ -165,8 +169,9 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 {
-            self.show(time, y);
-            self.outside.switch(step)?;
+            self.take_attitudes(y);
+            let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
+            self.outside.switch(scene, step)?;
         }
         let mut work = LINK + self.outside.work();
         let mut index = 0;
@@ -296,39 +301,43 @@ impl Dynamics {
         let positions = 3 * layout.bodies;
         let (velocities, rest) = rate.split_at_mut(positions);
         velocities.copy_from_slice(&y[positions..2 * positions]);
+        // Not finite as soon as one of the rates is not. Of numbers that are at hand: rates read back from memory would be waited for.
+        let mut total: f64 = y[positions..2 * positions].iter().sum();
         for body in 0..layout.bodies {
             let v = layout.velocity(body) - positions;
-            rest[v..v + 3].copy_from_slice(self.acceleration[body].as_slice());
+            let acceleration = &self.acceleration[body];
+            rest[v..v + 3].copy_from_slice(acceleration.as_slice());
             let spin = vector(y, layout.spin(body));
             let a = layout.attitude(body);
             match layout.chart {
                 AttitudeChart::Quaternion => {
                     let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
-                    rest[a - positions..a - positions + 4]
-                        .copy_from_slice(&rotation::quaternion_rate(q, spin));
+                    let turning = rotation::quaternion_rate(q, spin);
+                    rest[a - positions..a - positions + 4].copy_from_slice(&turning);
+                    total += turning.iter().sum::<f64>();
                 }
                 AttitudeChart::TaitBryan => {
                     let angles = [y[a], y[a + 1], y[a + 2]];
                     if angles[1].cos() < POLE {
                         return Err(Rejected::Pole);
                     }
-                    rest[a - positions..a - positions + 3]
-                        .copy_from_slice(&rotation::tait_bryan_rate(angles, spin));
+                    let turning = rotation::tait_bryan_rate(angles, spin);
+                    rest[a - positions..a - positions + 3].copy_from_slice(&turning);
+                    total += turning.iter().sum::<f64>();
                 }
             }
             let s = layout.spin(body) - positions;
-            rest[s..s + 3].copy_from_slice(euler(self.inertia[body], spin, self.torque[body]).as_slice());
+            let change = euler(self.inertia[body], spin, self.torque[body]);
+            rest[s..s + 3].copy_from_slice(change.as_slice());
+            total += acceleration.sum() + change.sum();
         }
         if layout.forces > 0 {
             let d = layout.departure();
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
+            total += y[d + 3..d + 6].iter().sum::<f64>() + self.barycentre_acceleration.sum();
         }
-        if rate[..layout.dependent()].iter().fold(true, |finite, r| finite & r.is_finite()) {
-            Ok(())
-        } else {
-            Err(Rejected::NotFinite)
-        }
+        if total.is_finite() { Ok(()) } else { Err(Rejected::NotFinite) }
     }
 
     /// Energy with the rules in force.
@@ -368,7 +377,7 @@ impl Dynamics {
 
     pub(super) fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
-            self.outside.scene.bodies[body].rotation = self.attitude(y, body);
+            self.rotation[body] = self.attitude(y, body);
         }
     }
 
@@ -386,8 +395,8 @@ impl Dynamics {
     pub(super) fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
-            rotation_first: self.outside.scene.bodies[i].rotation,
-            rotation_second: self.outside.scene.bodies[j].rotation,
+            rotation_first: self.rotation[i],
+            rotation_second: self.rotation[j],
         }
     }
 }

@@ -16,7 +16,7 @@
 use super::State;
 use crate::environment::{BOOK, Scene};
 use crate::math::compensated::{Compensated, sum, two_sum};
-use crate::math::{Vec3, rotation};
+use crate::math::{Mat3, Vec3, rotation};
 use crate::names::Named;
 
 /// How attitudes are integrated.
@@ -188,7 +188,11 @@ impl BarycentricFrame {
     #[inline(always)]
     pub fn departure(&self, y: &[f64]) -> (Vec3, Vec3) {
         let at = self.layout.departure();
-        if self.layout.forces == 0 { Default::default() } else { (vector(y, at), vector(y, at + 3)) }
+        if self.layout.forces == 0 {
+            return Default::default();
+        }
+        let y: &[f64; 6] = &y[at..].as_chunks().0[0];
+        (vector(y, 0), vector(y, 3))
     }
 
     /// The barycentre at a time, of a vector.
@@ -209,23 +213,28 @@ impl BarycentricFrame {
         }
     }
 
-    /// Shows the bodies of a vector at a time to forces from outside, but for their rotation matrices; attitudes as
-    /// quaternions only where they are wanted.
+    /// The bodies of a vector at a time, with their rotation matrices and, where forces want them, their attitudes.
     #[inline(always)]
-    pub fn show(&self, time: f64, y: &[f64], attitudes: bool, scene: &mut Scene) {
-        let (departed, departing) = self.departure(y);
+    pub fn scene<'a>(
+        &self,
+        time: f64,
+        y: &'a [f64],
+        rotation: &'a [Mat3],
+        attitude: &'a [[f64; 4]],
+    ) -> Scene<'a> {
         let layout = self.layout;
-        for (body, at) in scene.bodies.iter_mut().enumerate() {
-            at.position = departed + vector(y, layout.position(body));
-            at.velocity = departing + vector(y, layout.velocity(body));
-            at.spin = vector(y, layout.spin(body));
+        let block = |start: usize| &y[start..].as_chunks().0[..layout.bodies];
+        let (departed, departing) = self.departure(y);
+        Scene {
+            time,
+            position: block(layout.position(0)),
+            velocity: block(layout.velocity(0)),
+            spin: block(layout.spin(0)),
+            rotation: &rotation[..layout.bodies],
+            attitude,
+            departure: [departed, departing],
+            nominal: [self.nominal_at(time), Vec3::from(self.barycentre_velocity)],
         }
-        if attitudes {
-            (0..layout.bodies).for_each(|body| scene.bodies[body].attitude = self.attitude(body, y));
-        }
-        scene.time = time;
-        scene.origin = self.nominal_at(time);
-        scene.origin_velocity = Vec3::from(self.barycentre_velocity);
     }
 
     /// The state that a vector `high` + `low` stands for at a time.

@@ -4,6 +4,7 @@
 //! paper's: Newton's for the centres, Euler's (`eq:DiffEq_phidott` to `eq:DiffEq_psidott`) in the body frames, and either
 //! quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to `eq:DiffEq_psi`) for the attitudes.
 
+mod actions;
 mod collocation;
 mod departure;
 mod discrete_rotor;

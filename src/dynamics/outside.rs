@@ -1,18 +1,19 @@
 //! Forces from outside in the equations of motion, and their books.
 
 use super::{Dynamics, Rejected};
-use crate::environment::{BOOK, Environment, LoadSlopes};
+use crate::environment::{BOOK, LoadSlopes, Scene};
 use crate::error::Result;
 use crate::math::Vec3;
-use pulp::{Simd, WithSimd};
+use pulp::{Scalar, Simd, WithSimd};
 
 impl Dynamics {
     /// Refuses a run for which the forces from outside do not hold, from a vector at a time to another time.
     pub fn check_outside(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
         if self.layout.forces > 0 {
             self.turn(y);
-            self.show(time, y);
-            self.outside.check(time, until)?;
+            self.take_attitudes(y);
+            let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
+            self.outside.check(scene, until)?;
         }
         Ok(())
     }
@@ -24,19 +25,14 @@ impl Dynamics {
 
     /// To the bodies' motion about the barycentre, and to that of the barycentre.
     #[inline(always)]
-    fn load_outside(&mut self, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
-        self.show(time, y);
-        self.outside.load().map_err(|error| Rejected::Failed(Box::new(error)))?;
-        let mut total = Vec3::zeros();
-        for load in self.outside.loads() {
-            total += load.force;
-            self.acceleration[load.on] += load.force * self.inverse_mass[load.on];
-            if load.turns {
-                self.torque[load.on] += load.torque;
-            }
-        }
-        self.barycentre_acceleration = total * self.inverse_total;
-        self.acceleration.iter_mut().for_each(|a| *a -= self.barycentre_acceleration);
+    fn load_outside<S: Simd>(&mut self, simd: S, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
+        self.take_attitudes(y);
+        let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
+        // On their own at first: these sums do not wait for what the bodies do to each other.
+        self.actions.clear();
+        let loaded = self.outside.load(simd, scene, &mut self.actions);
+        loaded.map_err(|error| Rejected::Failed(Box::new(error)))?;
+        self.barycentre_acceleration = self.actions.add_to(&mut self.acceleration, &mut self.torque);
         Ok(())
     }
 
@@ -45,26 +41,34 @@ impl Dynamics {
         self.barycentre_acceleration
     }
 
-    /// The rates of the books at the vector of the last evaluation.
-    pub fn quadratures(&self, rate: &mut [f64]) {
+    /// The rates of the books at the time and the vector of the last evaluation.
+    pub fn quadratures(&self, time: f64, y: &[f64], rate: &mut [f64]) {
         if self.layout.forces > 0 {
             let books = rate[self.layout.book(0)..].as_chunks_mut::<BOOK>().0;
-            self.system.arch().dispatch(WriteBooks { outside: &self.outside, books });
+            self.system.arch().dispatch(WriteBooks { dynamics: self, time, y, books });
         }
     }
 
     /// Adds what the forces from outside have of the derivatives.
     pub(super) fn slopes_outside(&mut self, time: f64, y: &[f64], slopes: &mut LoadSlopes) -> Result<()> {
-        self.show(time, y);
-        self.outside.load()?;
-        self.outside.slopes(slopes)
+        self.take_attitudes(y);
+        let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
+        self.outside.load(Scalar, scene, &mut ())?;
+        self.outside.slopes(scene, slopes)
     }
 
-    /// Shows a vector whose rotations are known to the forces from outside.
+    /// The bodies of the vector of the last evaluation, or of one with the same attitudes.
     #[inline(always)]
-    pub(super) fn show(&mut self, time: f64, y: &[f64]) {
-        let attitudes = self.outside.wants_attitudes();
-        self.frame.show(time, y, attitudes, &mut self.outside.scene);
+    pub(super) fn scene<'a>(&'a self, time: f64, y: &'a [f64]) -> Scene<'a> {
+        self.frame.scene(time, y, &self.rotation, &self.attitude)
+    }
+
+    /// Takes the attitudes in a vector over for the forces that want them.
+    #[inline(always)]
+    pub(super) fn take_attitudes(&mut self, y: &[f64]) {
+        for (body, attitude) in self.attitude.iter_mut().enumerate() {
+            *attitude = self.frame.attitude(body, y);
+        }
     }
 }
 
@@ -79,14 +83,16 @@ impl WithSimd for LoadOutside<'_> {
     type Output = std::result::Result<(), Rejected>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        self.dynamics.load_outside(self.time, self.y)
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        self.dynamics.load_outside(simd, self.time, self.y)
     }
 }
 
 /// The rates of the books, likewise.
 struct WriteBooks<'a> {
-    outside: &'a Environment,
+    dynamics: &'a Dynamics,
+    time: f64,
+    y: &'a [f64],
     books: &'a mut [[f64; BOOK]],
 }
 
@@ -95,9 +101,9 @@ impl WithSimd for WriteBooks<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let bodies = &self.outside.scene.bodies;
+        let scene = self.dynamics.scene(self.time, self.y);
         for (force, book) in self.books.iter_mut().enumerate() {
-            *book = self.outside.book(force, |body| (bodies[body].velocity, bodies[body].spin));
+            *book = self.dynamics.outside.book(scene, force);
         }
     }
 }

@@ -54,7 +54,7 @@ pub struct Splitting {
     /// Units of work of turning each body through the step, for [`Patience`].
     work: Vec<u64>,
     /// Velocities and spins in the middle of a kick, for the books.
-    middle: [Vec<Vec3>; 2],
+    middle: [Vec<[f64; 3]>; 2],
 }
 
 impl Splitting {
@@ -77,14 +77,14 @@ impl Splitting {
         let masses = dynamics.system().masses();
         let n = masses.len();
         let inertia: Vec<Vec3> = dynamics.system().bodies().iter().map(|body| body.inertia()).collect();
-        let zeros = vec![Vec3::zeros(); n];
+        let zeros = vec![[0.0; 3]; n];
         Ok(Self {
             parts,
             jacobi: Jacobi::new(&masses, dynamics.system().gravitational_constant()),
             tops: Tops::new(&inertia),
             inertia,
-            acceleration: vec![[0.0; 3]; n],
-            spin_rate: vec![[0.0; 3]; n],
+            acceleration: zeros.clone(),
+            spin_rate: zeros.clone(),
             loaded: false,
             time: 0.0,
             step: 0.0,
@@ -248,22 +248,26 @@ impl Splitting {
         Ok(evaluations)
     }
 
-    /// The barycentre's kick, and what a kick of the present loads puts into the books: the power with the velocities of its middle
-    /// is just what the kick adds to the energy.
+    /// The barycentre's kick, and what the kick of the bodies by the present loads, which has been made, puts into the books: the power
+    /// with the velocities of its middle is just what the kick adds to the energy.
     fn enter(&mut self, dynamics: &Dynamics, size: f64, high: &mut [f64], low: &mut [f64]) {
         let layout = dynamics.layout();
         let kick = dynamics.barycentre_acceleration();
-        let (departing, scene) = (layout.departure() + 3, &dynamics.outside().scene);
+        let departing = layout.departure() + 3;
+        let (bodies, books) = high.split_at_mut(layout.book(0));
+        let mut scene = dynamics.scene(self.time + self.covered, bodies);
         let [velocity, spin] = &mut self.middle;
         for body in 0..layout.bodies {
-            let at = &scene.bodies[body];
-            velocity[body] = at.velocity + 0.5 * size * (Vec3::from(self.acceleration[body]) + kick);
-            spin[body] = at.spin + 0.5 * size * Vec3::from(self.spin_rate[body]);
+            for c in 0..3 {
+                velocity[body][c] = scene.velocity[body][c] - 0.5 * size * self.acceleration[body][c];
+                spin[body][c] = scene.spin[body][c] - 0.5 * size * self.spin_rate[body][c];
+            }
         }
-        for force in 0..layout.forces {
-            let book = dynamics.outside().book(force, |body| (velocity[body], spin[body]));
-            let at = layout.book(force);
-            (0..BOOK).for_each(|k| add(&mut high[at + k], &mut low[at + k], size * book[k]));
+        (scene.velocity, scene.spin) = (velocity, spin);
+        scene.departure[1] += 0.5 * size * kick;
+        let lows = low[layout.book(0)..].as_chunks_mut::<BOOK>().0;
+        for (force, (high, low)) in books.as_chunks_mut::<BOOK>().0.iter_mut().zip(lows).enumerate() {
+            add_each(high, low, size, &dynamics.outside().book(scene, force));
         }
         (0..3).for_each(|c| add(&mut high[departing + c], &mut low[departing + c], size * kick[c]));
     }

@@ -306,20 +306,18 @@ impl System {
         self.check(state, patience)?;
         let mut environment = self.environment()?;
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
-        for (body, &attitude) in environment.scene.bodies.iter_mut().zip(&state.attitude) {
-            body.rotation = rotation::matrix(attitude);
-        }
-        frame.show(state.time, &y, true, &mut environment.scene);
-        environment.check(state.time, state.time)?;
-        environment.switch(0.0)?;
-        environment.load()?;
+        let rotation: Vec<_> = state.attitude.iter().map(|attitude| rotation::matrix(*attitude)).collect();
+        let scene = frame.scene(state.time, &y, &rotation, &state.attitude);
+        environment.check(scene, state.time)?;
+        environment.switch(scene, 0.0)?;
+        environment.load(pulp::Scalar, scene, &mut ())?;
         let infinite = |load: &&Load| !load.force.iter().chain(&load.torque).all(|value| value.is_finite());
-        if let Some(load) = environment.loads().iter().find(infinite) {
+        if let Some(load) = environment.loads().find(infinite) {
             let detail = "it is not finite in this state".to_owned();
             let force = self.forces[load.of].name().to_owned();
             return Err(Error::ForceFailed { force, time: state.time, detail, answer: None });
         }
-        Ok(environment.loads().to_vec())
+        Ok(environment.loads().copied().collect())
     }
 
     /// Energy in its parts.

@@ -86,7 +86,7 @@ impl PartialEq for Call {
 }
 
 impl Function {
-    pub(super) fn ready(&self, bodies: &[Body]) -> Result<Called> {
+    pub(super) fn ready(&self, of: usize, bodies: &[Body]) -> Result<Called> {
         let Some(call) = self.call.clone() else {
             return Err(Error::invalid(
                 format!("function of {}", self.name),
@@ -95,15 +95,14 @@ impl Function {
             ));
         };
         let zeros = vec![Vec3::zeros(); bodies.len()];
-        let [position, velocity, spin, force, torque] = std::array::from_fn(|_| zeros.clone());
+        let [position, velocity, force, torque] = std::array::from_fn(|_| zeros.clone());
         Ok(Called {
             call,
             position,
             velocity,
-            attitude: vec![[0.0; 4]; bodies.len()],
-            spin,
             force,
             torque,
+            loads: (0..bodies.len()).map(|on| Load::none(of, on, true)).collect(),
             points: bodies
                 .iter()
                 .map(|body| (body.inertia() == Vec3::zeros()).then(|| body.name.clone()))
@@ -118,34 +117,36 @@ pub(super) struct Called {
     call: Call,
     position: Vec<Vec3>,
     velocity: Vec<Vec3>,
-    attitude: Vec<[f64; 4]>,
-    spin: Vec<Vec3>,
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
     /// Names of the bodies that are points.
     points: Vec<Option<String>>,
+    pub loads: Vec<Load>,
 }
 
 impl Called {
     #[allow(unsafe_code)]
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut [Load]) -> Result<()> {
-        for (body, at) in scene.bodies.iter().enumerate() {
-            self.position[body] = scene.origin + at.position;
-            self.velocity[body] = scene.origin_velocity + at.velocity;
-            self.attitude[body] = at.attitude;
-            self.spin[body] = at.spin;
+    pub fn load(&mut self, name: &str, scene: Scene) -> Result<()> {
+        let [place, motion] = [0, 1].map(|k| scene.nominal[k] + scene.departure[k]);
+        for body in 0..self.points.len() {
+            self.position[body] = place + Vec3::from(scene.position[body]);
+            self.velocity[body] = motion + Vec3::from(scene.velocity[body]);
         }
+        assert!(
+            [scene.attitude.len(), scene.spin.len()] == [self.points.len(); 2],
+            "one of each for every body"
+        );
         self.force.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
         // SAFETY: `Call::new` was promised the signature, and the arrays are as long as that says.
         let answer = unsafe {
             (self.call.function)(
                 scene.time,
-                scene.bodies.len() as i64,
+                self.points.len() as i64,
                 self.position.as_ptr().cast(),
                 self.velocity.as_ptr().cast(),
-                self.attitude.as_ptr().cast(),
-                self.spin.as_ptr().cast(),
+                scene.attitude.as_ptr().cast(),
+                scene.spin.as_ptr().cast(),
                 self.force.as_mut_ptr().cast(),
                 self.torque.as_mut_ptr().cast(),
                 self.call.data as *mut c_void,
@@ -162,7 +163,7 @@ impl Called {
         {
             return failed(format!("its function gives {value}; expected finite numbers"), None);
         }
-        for (body, load) in loads.iter_mut().enumerate() {
+        for (body, load) in self.loads.iter_mut().enumerate() {
             (load.force, load.torque) = (self.force[body], self.torque[body]);
             if let (Some(name), true) = (&self.points[body], load.torque != Vec3::zeros()) {
                 let detail =

@@ -22,7 +22,7 @@ pub use force::Force;
 pub use function::{Call, ForceFunction, Function};
 pub use point::PointPull;
 pub use radiation::{Byorp, Yorp};
-pub use scene::{Load, Scene, Switch};
+pub use scene::{Load, Scene, Switch, TakeLoads};
 pub use slopes::{LoadSlopes, Triple};
 pub use terms::{BOOK, Environment};
 pub use third_body::{Path, ThirdBody, WhoseOrbit};

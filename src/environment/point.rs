@@ -4,6 +4,7 @@ use super::third_body::{Powers, Pull};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::orbit::Place;
+use pulp::Scalar;
 
 /// A third body's pull on points: the direct one less that on the nominal barycentre, with which the coordinates fall.
 #[derive(Debug, Clone)]
@@ -30,7 +31,7 @@ impl PointPull {
     /// Where it is, from the nominal barycentre.
     #[inline]
     pub fn place(&mut self, time: f64) -> Result<Place> {
-        self.pull.position(time)
+        self.pull.position(Scalar, time)
     }
 
     /// The acceleration of a point, from the nominal barycentre.

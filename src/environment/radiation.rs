@@ -36,7 +36,7 @@ pub struct Yorp {
 }
 
 impl Yorp {
-    pub(super) fn ready(&self, bodies: &[Body]) -> Result<Turning> {
+    pub(super) fn ready(&self, of: usize, bodies: &[Body]) -> Result<Turning> {
         let name = &self.name;
         let on = place_to_turn(name, "on", &self.on, bodies)?;
         require_finite(&format!("pole of {name}"), &self.pole)?;
@@ -68,7 +68,14 @@ impl Yorp {
             }
             Torque::Table(spline)
         };
-        Ok(Turning { on, body: bodies[on].name.clone(), inertia: bodies[on].inertia(), pole, torque })
+        Ok(Turning {
+            on,
+            body: bodies[on].name.clone(),
+            inertia: bodies[on].inertia(),
+            pole,
+            torque,
+            loads: [Load::none(of, on, true)],
+        })
     }
 }
 
@@ -86,14 +93,15 @@ pub(super) struct Turning {
     inertia: Vec3,
     pole: Vec3,
     torque: Torque,
+    pub loads: [Load; 1],
 }
 
 impl Turning {
     /// Refuses a spin of zero, and a step in which the torque along the spin brings it to a stop: there is no spin for it to be
     /// along, and it would turn over at every step.
-    pub fn check(&self, name: &str, scene: &Scene, step: f64) -> Result<()> {
-        let spin = scene.bodies[self.on].spin;
-        let [along, across] = self.torques(&scene.bodies[self.on].inertial_spin());
+    pub fn check(&self, name: &str, scene: Scene, step: f64) -> Result<()> {
+        let spin = Vec3::from(scene.spin[self.on]);
+        let [along, across] = self.torques(&scene.inertial_spin(self.on));
         let failed = |detail| {
             Err(Error::ForceFailed { force: name.to_owned(), time: scene.time, detail, answer: None })
         };
@@ -125,10 +133,10 @@ impl Turning {
         }
     }
 
-    pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
-        let spin = scene.bodies[self.on].inertial_spin();
+    pub fn load(&mut self, scene: Scene) {
+        let spin = scene.inertial_spin(self.on);
         let Some(axis) = spin.try_normalize(0.0) else {
-            loads[0].torque = Vec3::zeros();
+            self.loads[0].torque = Vec3::zeros();
             return;
         };
         let aside = axis.cross(&self.pole);
@@ -137,20 +145,20 @@ impl Turning {
         // From the pole to the spin, across the spin: there is no such direction where they are parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        loads[0].torque = turned_back(&scene.bodies[self.on].rotation, &torque);
+        self.loads[0].torque = turned_back(&scene.rotation[self.on], &torque);
     }
 }
 
 impl Turning {
     /// The derivatives of the torque in the body frame, M = A a + B u: a along the spin w, k the pole there, c = a.k, s = |a x k|,
     /// u = (c a - k) / s and A, B functions of the obliquity.
-    pub fn slopes(&self, name: &str, scene: &Scene, slopes: &mut LoadSlopes) -> Result<()> {
-        let body = &scene.bodies[self.on];
-        let spin = body.spin.norm();
+    pub fn slopes(&self, name: &str, scene: Scene, slopes: &mut LoadSlopes) -> Result<()> {
+        let own = Vec3::from(scene.spin[self.on]);
+        let spin = own.norm();
         if spin == 0.0 {
             return Ok(());
         }
-        let (a, k) = (body.spin / spin, turned_back(&body.rotation, &self.pole));
+        let (a, k) = (own / spin, turned_back(&scene.rotation[self.on], &self.pole));
         let (cosine, sine) = (a.dot(&k), a.cross(&k).norm());
         let ([along, across], [along_rate, across_rate]) = match &self.torque {
             Torque::Constant(torque) => (*torque, [0.0; 2]),
@@ -199,7 +207,7 @@ pub struct Byorp {
 }
 
 impl Byorp {
-    pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Pushing> {
+    pub(super) fn ready(&self, of: usize, bodies: &[Body], gravitational_constant: f64) -> Result<Pushing> {
         let name = &self.name;
         let (on, about) = two_places(name, ["on", "about"], [&self.on, &self.about], bodies)?;
         require_finite(&format!("force of {name}"), &[self.force])?;
@@ -221,6 +229,7 @@ impl Byorp {
             elongation: 3.0 * (inertia[middle] - inertia[long]) / inertia[short],
             mu: gravitational_constant * (bodies[on].mass + bodies[about].mass),
             state: Switch { on: true, times: 0 },
+            loads: [Load::none(of, on, false)],
         })
     }
 }
@@ -239,11 +248,12 @@ pub(super) struct Pushing {
     mu: f64,
     /// Whether the secondary is locked, and how often it was lost.
     pub state: Switch,
+    pub loads: [Load; 1],
 }
 
 impl Pushing {
     /// Switches the force off while the secondary is not locked.
-    pub fn switch(&mut self, scene: &Scene) {
+    pub fn switch(&mut self, scene: Scene) {
         let locked = self.locked(scene);
         self.state.times += u64::from(self.state.on && !locked);
         self.state.on = locked;
@@ -252,11 +262,11 @@ impl Pushing {
     /// Whether the secondary librates: its short axis is within 45 degrees of the orbit's normal, and the angle psi between its long
     /// axis and the line to the other body is that of a pendulum that does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with
     /// w^2 = 3 (B - A)/C mu/r^3.
-    fn locked(&self, scene: &Scene) -> bool {
-        let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
+    fn locked(&self, scene: Scene) -> bool {
+        let (r, v) = scene.relative(self.on, self.about);
         let (distance, momentum) = (r.norm(), r.cross(&v));
         let Some(normal) = momentum.try_normalize(0.0) else { return false };
-        let turn = &scene.bodies[self.on].rotation;
+        let turn = &scene.rotation[self.on];
         let (long, short) = (turn.column(self.long), turn.column(self.short));
         if short.dot(&normal).abs() < std::f64::consts::FRAC_1_SQRT_2 {
             return false;
@@ -264,25 +274,24 @@ impl Pushing {
         let line = r / distance;
         let (cosine, sine) = (long.dot(&line), long.dot(&normal.cross(&line)));
         let share = sine * sine / (sine * sine + cosine * cosine);
-        let rate =
-            scene.bodies[self.on].inertial_spin().dot(&normal) - momentum.norm() / (distance * distance);
+        let rate = scene.inertial_spin(self.on).dot(&normal) - momentum.norm() / (distance * distance);
         let frequency = self.elongation * self.mu / (distance * distance * distance);
         rate * rate + frequency * share < frequency
     }
 
     #[inline(always)]
-    pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
-        let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
+    pub fn load(&mut self, scene: Scene) {
+        let (r, v) = scene.relative(self.on, self.about);
         let forwards = v * r.norm_squared() - r * r.dot(&v);
         // Root and quotient side by side: neither waits for the other.
         let square = forwards.norm_squared();
         let acts = self.state.on && square > 0.0;
-        loads[0].force = forwards * if acts { self.force * square.sqrt() * (1.0 / square) } else { 0.0 };
+        self.loads[0].force = forwards * if acts { square.sqrt() * (self.force / square) } else { 0.0 };
     }
 
     /// The derivatives of the force f t, with t along w = v - r (r.v) / r^2.
-    pub fn slopes(&self, scene: &Scene, slopes: &mut LoadSlopes) {
-        let (r, v) = scene.bodies[self.on].relative(&scene.bodies[self.about]);
+    pub fn slopes(&self, scene: Scene, slopes: &mut LoadSlopes) {
+        let (r, v) = scene.relative(self.on, self.about);
         let square = r.norm_squared();
         let rate = r.dot(&v) / square;
         let across = v - r * rate;

@@ -7,54 +7,44 @@ use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
 /// The bodies at a time, as forces see them.
-#[derive(Debug, Clone, Default)]
-pub struct Scene {
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
     /// Time.
     pub time: f64,
-    /// The bodies.
-    pub bodies: Vec<Actor>,
-    /// The nominal barycentre in the coordinates of the states.
-    pub origin: Vec3,
-    /// Its velocity.
-    pub origin_velocity: Vec3,
+    /// Centres from the barycentre, inertial axes.
+    pub position: &'a [[f64; 3]],
+    /// Velocities relative to it.
+    pub velocity: &'a [[f64; 3]],
+    /// Spins, body frames.
+    pub spin: &'a [[f64; 3]],
+    /// Rotation matrices from the body frames to inertial axes.
+    pub rotation: &'a [Mat3],
+    /// Attitudes; none unless [`super::Environment::wants_attitudes`].
+    pub attitude: &'a [[f64; 4]],
+    /// Position and velocity of the barycentre from the nominal one.
+    pub departure: [Vec3; 2],
+    /// Those of the nominal one in the coordinates of the states.
+    pub nominal: [Vec3; 2],
 }
 
-/// A body at that time.
-#[derive(Debug, Clone, Copy)]
-pub struct Actor {
-    /// Centre from the nominal barycentre, inertial axes.
-    pub position: Vec3,
-    /// Velocity relative to it.
-    pub velocity: Vec3,
-    /// Spin, body frame.
-    pub spin: Vec3,
-    /// Rotation matrix from the body frame to inertial axes.
-    pub rotation: Mat3,
-    /// Attitude; kept up only where [`super::Environment::wants_attitudes`].
-    pub attitude: [f64; 4],
-}
-
-impl Scene {
-    /// Of so many bodies.
-    pub fn new(bodies: usize) -> Self {
-        let zero = Vec3::zeros();
-        let (rotation, attitude) = (Mat3::identity(), [1.0, 0.0, 0.0, 0.0]);
-        let at_rest = Actor { position: zero, velocity: zero, spin: zero, rotation, attitude };
-        Self { bodies: vec![at_rest; bodies], ..Self::default() }
-    }
-}
-
-impl Actor {
-    /// Position and velocity relative to another body.
+impl Scene<'_> {
+    /// Where a body's centre is from the nominal barycentre.
     #[inline(always)]
-    pub(super) fn relative(&self, about: &Self) -> (Vec3, Vec3) {
-        (self.position - about.position, self.velocity - about.velocity)
+    pub(super) fn place(&self, body: usize) -> Vec3 {
+        self.departure[0] + Vec3::from(self.position[body])
     }
 
-    /// Angular velocity, inertial axes.
+    /// Position and velocity of a body relative to another one.
     #[inline(always)]
-    pub(super) fn inertial_spin(&self) -> Vec3 {
-        turned(&self.rotation, &self.spin)
+    pub(super) fn relative(&self, body: usize, about: usize) -> (Vec3, Vec3) {
+        let between = |of: &[[f64; 3]]| Vec3::from(of[body]) - Vec3::from(of[about]);
+        (between(self.position), between(self.velocity))
+    }
+
+    /// Angular velocity of a body, inertial axes.
+    #[inline(always)]
+    pub(super) fn inertial_spin(&self, body: usize) -> Vec3 {
+        turned(&self.rotation[body], &Vec3::from(self.spin[body]))
     }
 }
 
@@ -71,6 +61,23 @@ pub struct Load {
     pub torque: Vec3,
     /// Whether it ever turns the body.
     pub turns: bool,
+}
+
+impl Load {
+    /// Of a force in the list of forces on a body, which does nothing yet.
+    pub(super) fn none(of: usize, on: usize, turns: bool) -> Self {
+        Self { of, on, force: Vec3::zeros(), torque: Vec3::zeros(), turns }
+    }
+}
+
+/// What is done with the loads of each force as soon as they are there.
+pub trait TakeLoads {
+    /// Takes those of a force.
+    fn take(&mut self, loads: &[Load]);
+}
+
+impl TakeLoads for () {
+    fn take(&mut self, _: &[Load]) {}
 }
 
 /// Whether a force acts, and how often it has been switched off.

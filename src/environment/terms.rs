@@ -1,11 +1,13 @@
 //! The forces of a system as terms of a sum, and their books.
 
-use super::{Force, Load, LoadSlopes, PointPull, Scene, Switch, function, radiation, third_body, tide};
+use super::{
+    Force, Load, LoadSlopes, PointPull, Scene, Switch, TakeLoads, function, radiation, third_body, tide,
+};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
 use crate::shape::Body;
-use std::ops::Range;
+use pulp::Simd;
 
 /// Numbers of a force in the books: work, impulse, angular impulse.
 pub const BOOK: usize = 7;
@@ -14,10 +16,6 @@ pub const BOOK: usize = 7;
 #[derive(Debug, Clone)]
 pub struct Environment {
     terms: Vec<Term>,
-    /// The bodies at the place in question.
-    pub scene: Scene,
-    /// What the terms do, one after the other.
-    loads: Vec<Load>,
     wants_attitudes: bool,
 }
 
@@ -25,8 +23,6 @@ pub struct Environment {
 struct Term {
     name: String,
     law: Law,
-    /// Its part of all loads.
-    loads: Range<usize>,
 }
 
 #[derive(Debug, Clone)]
@@ -39,14 +35,15 @@ enum Law {
 }
 
 impl Law {
-    /// Places of the bodies that it acts on, in the order in which it gives their loads, and whether it ever turns them.
-    fn acts_on(&self, bodies: &[Body]) -> Vec<(usize, bool)> {
+    /// What it did at the last scene to the bodies that it acts on.
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
         match self {
-            Self::ThirdBody(pull) => pull.turns().enumerate().collect(),
-            Self::Tide(tide) => vec![(tide.on, true), (tide.by, false)],
-            Self::Yorp(turn) => vec![(turn.on, true)],
-            Self::Byorp(push) => vec![(push.on, false)],
-            Self::Function(_) => (0..bodies.len()).map(|body| (body, true)).collect(),
+            Self::ThirdBody(pull) => &pull.loads,
+            Self::Tide(tide) => &tide.loads,
+            Self::Yorp(turn) => &turn.loads,
+            Self::Byorp(push) => &push.loads,
+            Self::Function(called) => &called.loads,
         }
     }
 }
@@ -54,32 +51,29 @@ impl Law {
 impl Environment {
     /// The forces on bodies.
     pub fn new(forces: &[Force], bodies: &[Body], gravitational_constant: f64) -> Result<Self> {
-        let (mut terms, mut loads) = (Vec::<Term>::new(), Vec::new());
+        let mut terms = Vec::<Term>::new();
         for (of, force) in forces.iter().enumerate() {
             let name = force.name().to_owned();
             if terms.iter().any(|term| term.name == name) {
                 return Err(Error::invalid("name of a force", format!("{name:?} twice"), "distinct names"));
             }
             let law = match force {
-                Force::ThirdBody(force) => Law::ThirdBody(force.ready(bodies, gravitational_constant)?),
-                Force::Tide(force) => Law::Tide(force.ready(bodies, gravitational_constant)?),
-                Force::Yorp(force) => Law::Yorp(force.ready(bodies)?),
-                Force::Byorp(force) => Law::Byorp(force.ready(bodies, gravitational_constant)?),
-                Force::Function(force) => Law::Function(force.ready(bodies)?),
+                Force::ThirdBody(force) => Law::ThirdBody(force.ready(of, bodies, gravitational_constant)?),
+                Force::Tide(force) => Law::Tide(force.ready(of, bodies, gravitational_constant)?),
+                Force::Yorp(force) => Law::Yorp(force.ready(of, bodies)?),
+                Force::Byorp(force) => Law::Byorp(force.ready(of, bodies, gravitational_constant)?),
+                Force::Function(force) => Law::Function(force.ready(of, bodies)?),
             };
-            let first = loads.len();
-            let none = |(on, turns)| Load { of, on, force: Vec3::zeros(), torque: Vec3::zeros(), turns };
-            loads.extend(law.acts_on(bodies).into_iter().map(none));
-            terms.push(Term { name, law, loads: first..loads.len() });
+            terms.push(Term { name, law });
         }
         let wants_attitudes = terms.iter().any(|term| matches!(term.law, Law::Function(_)));
-        Ok(Self { terms, scene: Scene::new(bodies.len()), loads, wants_attitudes })
+        Ok(Self { terms, wants_attitudes })
     }
 
-    /// What the forces do at the scene, one force after the other.
+    /// What the forces did at the last scene, one force after the other.
     #[inline]
-    pub fn loads(&self) -> &[Load] {
-        &self.loads
+    pub fn loads(&self) -> impl Iterator<Item = &Load> {
+        self.terms.iter().flat_map(|term| term.law.loads())
     }
 
     /// Whether a force needs the attitudes as quaternions.
@@ -91,7 +85,7 @@ impl Environment {
     /// Units of work of an evaluation, for [`crate::patience::Patience`].
     pub fn work(&self) -> u64 {
         let of = |term: &Term| match &term.law {
-            Law::ThirdBody(_) => 8 * self.scene.bodies.len() as u64,
+            Law::ThirdBody(_) => 8 * term.law.loads().len() as u64,
             Law::Tide(_) | Law::Yorp(_) | Law::Byorp(_) => 4,
             // One that is written in Python takes some ten microseconds.
             Law::Function(_) => 1000,
@@ -99,11 +93,11 @@ impl Environment {
         self.terms.iter().map(of).sum()
     }
 
-    /// Refuses a run that leaves the times for which a force is given, and third bodies that come inside the system.
-    pub fn check(&mut self, from: f64, to: f64) -> Result<()> {
-        for Term { name, law, .. } in &mut self.terms {
+    /// Refuses a run from a scene that leaves the times for which a force is given, and third bodies that come inside the system.
+    pub fn check(&mut self, scene: Scene, to: f64) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
             if let Law::ThirdBody(pull) = law {
-                pull.check(name, from, to, &self.scene)?;
+                pull.check(name, to, scene)?;
             }
         }
         Ok(())
@@ -119,11 +113,11 @@ impl Environment {
     }
 
     /// Decides at the start of a step what is switched on in it. Refuses a step in which a force loses its meaning.
-    pub fn switch(&mut self, step: f64) -> Result<()> {
-        for Term { name, law, .. } in &mut self.terms {
+    pub fn switch(&mut self, scene: Scene, step: f64) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
             match law {
-                Law::Byorp(push) => push.switch(&self.scene),
-                Law::Yorp(turn) => turn.check(name, &self.scene, step)?,
+                Law::Byorp(push) => push.switch(scene),
+                Law::Yorp(turn) => turn.check(name, scene, step)?,
                 _ => {}
             }
         }
@@ -152,30 +146,45 @@ impl Environment {
         Ok(())
     }
 
-    /// Computes the loads at the scene. Allocates nothing. What a force never does stays zero from the beginning.
+    /// Computes the loads at a scene, and gives those of each force away as soon as they are there. Allocates nothing. What a force
+    /// never does stays zero from the beginning.
     #[inline(always)]
-    pub fn load(&mut self) -> Result<()> {
-        for Term { name, law, loads } in &mut self.terms {
-            let loads = &mut self.loads[loads.clone()];
+    pub fn load<S: Simd>(&mut self, simd: S, scene: Scene, to: &mut impl TakeLoads) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
             match law {
-                Law::ThirdBody(pull) => pull.load(name, &self.scene, loads)?,
-                Law::Tide(tide) => tide.load(&self.scene, loads),
-                Law::Yorp(turn) => turn.load(&self.scene, loads),
-                Law::Byorp(push) => push.load(&self.scene, loads),
-                Law::Function(called) => called.load(name, &self.scene, loads)?,
+                Law::ThirdBody(pull) => {
+                    pull.load(simd, name, scene)?;
+                    to.take(&pull.loads);
+                }
+                Law::Tide(tide) => {
+                    tide.load(scene);
+                    to.take(&tide.loads);
+                }
+                Law::Yorp(turn) => {
+                    turn.load(scene);
+                    to.take(&turn.loads);
+                }
+                Law::Byorp(push) => {
+                    push.load(scene);
+                    to.take(&push.loads);
+                }
+                Law::Function(called) => {
+                    called.load(name, scene)?;
+                    to.take(&called.loads);
+                }
             }
         }
         Ok(())
     }
 
-    /// Adds the derivatives of the loads that [`Self::load`] has computed last. Allocates nothing.
-    pub fn slopes(&mut self, slopes: &mut LoadSlopes) -> Result<()> {
-        for Term { name, law, .. } in &mut self.terms {
+    /// Adds the derivatives of the loads that [`Self::load`] has computed last, at that scene. Allocates nothing.
+    pub fn slopes(&mut self, scene: Scene, slopes: &mut LoadSlopes) -> Result<()> {
+        for Term { name, law } in &mut self.terms {
             match law {
-                Law::ThirdBody(pull) => pull.slopes(name, &self.scene, slopes)?,
-                Law::Tide(tide) => tide.slopes(&self.scene, slopes),
-                Law::Yorp(turn) => turn.slopes(name, &self.scene, slopes)?,
-                Law::Byorp(push) => push.slopes(&self.scene, slopes),
+                Law::ThirdBody(pull) => pull.slopes(name, scene, slopes)?,
+                Law::Tide(tide) => tide.slopes(scene, slopes),
+                Law::Yorp(turn) => turn.slopes(name, scene, slopes)?,
+                Law::Byorp(push) => push.slopes(scene, slopes),
                 Law::Function(_) => {
                     let expected = "a system without it: a function does not tell its derivatives";
                     return Err(Error::invalid("derivatives", format!("of the function {name}"), expected));
@@ -199,24 +208,24 @@ impl Environment {
         }
     }
 
-    /// Power, force and torque about the origin that a force has of the whole system, for velocities relative to the nominal
-    /// barycentre and spins that may differ from the scene's.
+    /// Power, force and torque about the origin of the coordinates that a force has of the whole system, of the loads that
+    /// [`Self::load`] has computed last; velocities and spins may be others than at that scene.
     #[inline(always)]
-    pub fn book(&self, force: usize, motion: impl Fn(usize) -> (Vec3, Vec3)) -> [f64; BOOK] {
-        let scene = &self.scene;
+    pub fn book(&self, scene: Scene, force: usize) -> [f64; BOOK] {
         let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
-        for load in &self.loads[self.terms[force].loads.clone()] {
-            let (body, (velocity, spin)) = (&scene.bodies[load.on], motion(load.on));
-            power += load.force.dot(&velocity);
+        for load in self.terms[force].law.loads() {
+            let of = |vectors: &[[f64; 3]]| Vec3::from(vectors[load.on]);
+            power += load.force.dot(&of(scene.velocity));
             total += load.force;
-            moment += body.position.cross(&load.force);
+            moment += of(scene.position).cross(&load.force);
             if load.turns {
-                power += load.torque.dot(&spin);
-                moment += turned(&body.rotation, &load.torque);
+                power += load.torque.dot(&of(scene.spin));
+                moment += turned(&scene.rotation[load.on], &load.torque);
             }
         }
-        power += total.dot(&scene.origin_velocity);
-        moment += scene.origin.cross(&total);
+        let [place, motion] = [0, 1].map(|k| scene.nominal[k] + scene.departure[k]);
+        power += total.dot(&motion);
+        moment += place.cross(&total);
         [power, total.x, total.y, total.z, moment.x, moment.y, moment.z]
     }
 
@@ -243,7 +252,7 @@ impl Environment {
 
     fn pull(&self, force: usize) -> Result<(&str, &third_body::Pull)> {
         match self.terms.get(force) {
-            Some(Term { name, law: Law::ThirdBody(pull), .. }) => Ok((name, pull)),
+            Some(Term { name, law: Law::ThirdBody(pull) }) => Ok((name, pull)),
             _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
         }
     }

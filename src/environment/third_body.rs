@@ -18,6 +18,7 @@ use crate::math::rotation::{turned, turned_back};
 use crate::math::spline::Spline;
 use crate::orbit::{KeplerElements, OrbitCells, OrbitPath, Place};
 use crate::shape::Body;
+use pulp::{Scalar, Simd};
 use serde::{Deserialize, Serialize};
 
 /// A point mass on a prescribed path.
@@ -65,7 +66,7 @@ pub enum Path {
 }
 
 impl ThirdBody {
-    pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Pull> {
+    pub(super) fn ready(&self, of: usize, bodies: &[Body], gravitational_constant: f64) -> Result<Pull> {
         require_positive(&format!("mu of {}", self.name), self.mu)?;
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
         // Whoever moves about whom: seen from the other one, the path is mirrored.
@@ -88,11 +89,17 @@ impl ThirdBody {
                 Motion::Table(Spline::new(&format!("times of {}", self.name), times, &positions)?)
             }
         };
+        let pulled: Vec<_> = bodies.iter().map(Pulled::new).collect();
         Ok(Pull {
             mu: self.mu,
             motion,
             largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
-            bodies: bodies.iter().map(Pulled::new).collect(),
+            loads: pulled
+                .iter()
+                .enumerate()
+                .map(|(on, body)| Load::none(of, on, body.extended.is_some()))
+                .collect(),
+            bodies: pulled,
         })
     }
 }
@@ -111,6 +118,7 @@ pub(super) struct Pull {
     /// The largest radius of a body.
     largest: f64,
     bodies: Vec<Pulled>,
+    pub loads: Vec<Load>,
 }
 
 /// A body that it pulls.
@@ -143,16 +151,11 @@ impl Pull {
 
     /// The position alone, quickly.
     #[inline(always)]
-    pub fn position(&mut self, time: f64) -> Result<Place> {
+    pub fn position<S: Simd>(&mut self, simd: S, time: f64) -> Result<Place> {
         match &mut self.motion {
-            Motion::Orbit { cells, time: epoch, .. } => cells.after(time - *epoch),
+            Motion::Orbit { cells, time: epoch, .. } => cells.after(simd, time - *epoch),
             Motion::Table(spline) => Ok(Place::from(Vec3::from(spline.at(time).0))),
         }
-    }
-
-    /// Whether it turns each of the bodies: not those whose field is that of a point.
-    pub fn turns(&self) -> impl Iterator<Item = bool> {
-        self.bodies.iter().map(|body| body.extended.is_some())
     }
 
     /// First and last time for which the path is given.
@@ -177,9 +180,11 @@ impl Pull {
     }
 
     /// Refuses times beyond the table's, and a third body that is or comes inside the system.
-    pub fn check(&self, name: &str, from: f64, to: f64, scene: &Scene) -> Result<()> {
+    pub fn check(&self, name: &str, to: f64, scene: Scene) -> Result<()> {
+        let from = scene.time;
         self.covers(name, from, to)?;
-        let extent = scene.bodies.iter().zip(&self.bodies).map(|(at, body)| at.position.norm() + body.radius);
+        let extent =
+            self.bodies.iter().enumerate().map(|(index, body)| scene.place(index).norm() + body.radius);
         let extent = extent.fold(0.0, f64::max);
         let distance = self.place(from)?.0.norm();
         let nearest = match &self.motion {
@@ -195,29 +200,29 @@ impl Pull {
     }
 
     #[inline(always)]
-    pub fn load(&mut self, name: &str, scene: &Scene, loads: &mut [Load]) -> Result<()> {
-        let Place { position: p, inverse_square, inverse_cube } = self.position(scene.time)?;
-        for ((at, body), load) in scene.bodies.iter().zip(&mut self.bodies).zip(loads) {
-            let r = at.position;
+    pub fn load<S: Simd>(&mut self, simd: S, name: &str, scene: Scene) -> Result<()> {
+        let Place { position: p, inverse_square, inverse_cube } = self.position(simd, scene.time)?;
+        let places = scene.position.iter().zip(scene.rotation);
+        for (((place, turn), body), load) in places.zip(&mut self.bodies).zip(&mut self.loads) {
+            let r = scene.departure[0] + Vec3::from(*place);
             // |d|^2 = |p|^2 (1 + q).
             let from = p - r;
-            let q = -r.dot(&(from + p)) * inverse_square;
+            let q = r.dot(&(r - 2.0 * p)) * inverse_square;
             let Powers { f, square, cube } = Powers::of(q);
             let (inverse_square, cube) = (inverse_square * square, inverse_cube * cube);
             let strength = -self.mu * body.mass;
-            let mut pull = (r + f * p) * cube;
+            let mut force = (r + f * p) * (cube * strength);
             if let Some(extended) = &mut body.extended {
-                let turn = &at.rotation;
-                let Some((excess, moment)) = extended.at(&turned_back(turn, &from), inverse_square, cube)
-                else {
+                let pulled = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
+                let Some((excess, moment)) = pulled else {
                     return Err(inside(name, scene.time, body));
                 };
-                pull += turned(turn, &excess);
-                load.torque = moment * strength;
+                force += turned(turn, &excess);
+                load.torque = moment;
             } else if inverse_square * body.radius * body.radius > 1.0 {
                 return Err(inside(name, scene.time, body));
             }
-            load.force = pull * strength;
+            load.force = force;
         }
         // The fall of the barycentre has no bound there.
         if inverse_square * self.largest * self.largest > 1.0 {
@@ -232,11 +237,11 @@ impl Pull {
     /// The derivatives of the loads, from the slopes of every body's own field at the third body. The force on a body is
     /// F = -mu m R g(x) at x = R^T (p - r), its torque mu m n(x) with n = -x cross g, and dF/dtheta is dn/dr transposed, as both are
     /// derivatives of one potential.
-    pub fn slopes(&mut self, name: &str, scene: &Scene, slopes: &mut LoadSlopes) -> Result<()> {
-        let Place { position: p, .. } = self.position(scene.time)?;
-        for (index, (at, body)) in scene.bodies.iter().zip(&mut self.bodies).enumerate() {
+    pub fn slopes(&mut self, name: &str, scene: Scene, slopes: &mut LoadSlopes) -> Result<()> {
+        let Place { position: p, .. } = self.position(Scalar, scene.time)?;
+        for (index, (rotation, body)) in scene.rotation.iter().zip(&mut self.bodies).enumerate() {
             let strength = self.mu * body.mass;
-            let x = turned_back(&at.rotation, &(p - at.position));
+            let x = turned_back(rotation, &(p - scene.place(index)));
             let (gradient, turning) = match &mut body.extended {
                 None => slopes_of_point(&x),
                 Some(extended) => extended.slopes(&x).ok_or_else(|| {
@@ -245,9 +250,9 @@ impl Pull {
                 })?,
             };
             let (centre, turn) = (Triple::centre(index), Triple::turn(index));
-            let inertial = times_transposed(&times(&at.rotation, &gradient), &at.rotation);
+            let inertial = times_transposed(&times(rotation, &gradient), rotation);
             slopes.add(centre, centre, &inertial, strength);
-            let by_place = -times_transposed(&turning, &at.rotation);
+            let by_place = -times_transposed(&turning, rotation);
             slopes.add(turn, centre, &by_place, strength);
             slopes.add(centre, turn, &by_place.transpose(), strength);
             slopes.add(turn, turn, &times_cross(&turning, &x), strength);
@@ -279,13 +284,14 @@ pub(super) struct Powers {
 impl Powers {
     #[inline(always)]
     pub fn of(q: f64) -> Self {
-        // A third body is far from most systems: the series to the third power are then as good as the formulas.
+        // A third body is far from most systems: the series to the third power are then as good as the formulas. In sums of two
+        // parts, that neither waits for the other.
         if q.abs() < 1e-5 {
-            let f = q * (1.5 + q * (0.375 - 0.0625 * q));
+            let qq = q * q;
             return Self {
-                f,
-                square: 1.0 - q * (1.0 - q * (1.0 - q)),
-                cube: 1.0 - q * (1.5 - q * (1.875 - 2.1875 * q)),
+                f: 1.5 * q + qq * (0.375 - 0.0625 * q),
+                square: (1.0 - q) + qq * (1.0 - q),
+                cube: (1.0 - 1.5 * q) + qq * (1.875 - 2.1875 * q),
             };
         }
         let square = 1.0 / (1.0 + q);

@@ -36,7 +36,7 @@ pub struct Tide {
 }
 
 impl Tide {
-    pub(super) fn ready(&self, bodies: &[Body], gravitational_constant: f64) -> Result<Lagging> {
+    pub(super) fn ready(&self, of: usize, bodies: &[Body], gravitational_constant: f64) -> Result<Lagging> {
         let name = &self.name;
         let (on, by) = two_places(name, ["on", "by"], [&self.on, &self.by], bodies)?;
         place_to_turn(name, "on", &self.on, bodies)?;
@@ -50,7 +50,7 @@ impl Tide {
         require_positive(&format!("radius of {name}"), self.radius)?;
         let mass = bodies[by].mass;
         let strength = 3.0 * self.k2 * gravitational_constant * mass * mass * self.radius.powi(5) * self.lag;
-        Ok(Lagging { on, by, strength })
+        Ok(Lagging { on, by, strength, loads: [Load::none(of, on, true), Load::none(of, by, false)] })
     }
 }
 
@@ -61,28 +61,27 @@ pub(super) struct Lagging {
     pub by: usize,
     /// 3 k2 G m^2 R^5 tau.
     strength: f64,
+    pub loads: [Load; 2],
 }
 
 impl Lagging {
     #[inline(always)]
-    pub fn load(&self, scene: &Scene, loads: &mut [Load]) {
-        let on = &scene.bodies[self.on];
-        let (r, v) = scene.bodies[self.by].relative(on);
-        let spin = on.inertial_spin();
+    pub fn load(&mut self, scene: Scene) {
+        let (r, v) = scene.relative(self.by, self.on);
+        let spin = scene.inertial_spin(self.on);
         let inverse = 1.0 / r.norm_squared();
         // Of 1/r^10 one factor 1/r^2 stands in the bracket, which then has the size of v.
-        let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + r.cross(&spin) + v;
+        let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + (r.cross(&spin) + v);
         let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
-        loads[0].force = -force;
-        loads[0].torque = turned_back(&on.rotation, &force.cross(&r));
-        loads[1].force = force;
+        self.loads[0].force = -force;
+        self.loads[0].torque = turned_back(&scene.rotation[self.on], &force.cross(&r));
+        self.loads[1].force = force;
     }
 
     /// With b the bracket and k = strength / r^8, so that F = -k b, and the torque M = -R^T (r x F) in the body frame.
-    pub fn slopes(&self, scene: &Scene, slopes: &mut LoadSlopes) {
-        let on = &scene.bodies[self.on];
-        let (r, v) = scene.bodies[self.by].relative(on);
-        let (spin, rotation) = (on.inertial_spin(), &on.rotation);
+    pub fn slopes(&self, scene: Scene, slopes: &mut LoadSlopes) {
+        let (r, v) = scene.relative(self.by, self.on);
+        let (spin, rotation) = (scene.inertial_spin(self.on), &scene.rotation[self.on]);
         let inverse = 1.0 / r.norm_squared();
         let along = r * inverse;
         let strength = self.strength * (inverse * inverse) * (inverse * inverse);
@@ -95,7 +94,7 @@ impl Lagging {
         let by_velocity = (along * r.transpose() * 2.0 + Mat3::identity()) * -strength;
         // d(R spin) = -R [spin]x theta + R dspin.
         let by_spin = times(&r.cross_matrix(), rotation) * -strength;
-        let by_turn = -times_cross(&by_spin, &on.spin);
+        let by_turn = -times_cross(&by_spin, &Vec3::from(scene.spin[self.on]));
         let to_body = -times(&rotation.transpose(), &r.cross_matrix());
         let torque = turned_back(rotation, &-r.cross(&force));
         // By the raiser's place and velocity, and by the opposite of the deformed body's.

@@ -49,18 +49,25 @@ impl ExtendedPull {
         })
     }
 
-    /// At a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3, per unit GM: g + x/|x|^3, and x cross g. `None` inside
-    /// the body.
+    /// At a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3, for a strength in place of GM: g + x/|x|^3, and x cross g.
+    /// `None` inside the body.
     #[inline(always)]
-    pub fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+    pub fn at(
+        &mut self,
+        x: &Vec3,
+        inverse_square: f64,
+        inverse_cube: f64,
+        strength: f64,
+    ) -> Option<(Vec3, Vec3)> {
         if inverse_square < self.quadrupole_to {
-            // grad of 3/2 x.Dx / |x|^5.
-            let fifth = 3.0 * inverse_cube * inverse_square;
+            // grad of 3/2 x.Dx / |x|^5, with the factors that are known first side by side.
+            let fifth = 3.0 * strength * inverse_cube * inverse_square;
             let dx = self.quadrupole.component_mul(x);
-            let excess = dx - x * (2.5 * x.dot(&dx) * inverse_square);
-            return Some((excess * fifth, x.cross(&dx) * fifth));
+            let bend = x.dot(&dx) * (2.5 * inverse_square * fifth);
+            return Some((dx * fifth - x * bend, x.cross(&dx) * fifth));
         }
-        self.near(x, inverse_cube)
+        let (excess, moment) = self.near(x, inverse_cube)?;
+        Some((excess * strength, moment * strength))
     }
 
     #[cold]
@@ -165,7 +172,7 @@ impl Extended {
 
     fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         match self {
-            Self::Ellipsoid(pull) => pull.at(x, inverse_square, inverse_cube),
+            Self::Ellipsoid(pull) => pull.at(x, inverse_square, inverse_cube, 1.0),
             Self::Polyhedron(pull) => pull.at(x, inverse_square, inverse_cube),
         }
     }
@@ -207,10 +214,19 @@ impl BodyPull {
 
     /// As [`ExtendedPull::at`].
     #[inline(always)]
-    pub fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
+    pub fn at(
+        &mut self,
+        x: &Vec3,
+        inverse_square: f64,
+        inverse_cube: f64,
+        strength: f64,
+    ) -> Option<(Vec3, Vec3)> {
         match self {
-            Self::Ordinary(pull) => pull.at(x, inverse_square, inverse_cube),
-            Self::Composite(parts) => PartPull::sum(parts, x, inverse_square, inverse_cube),
+            Self::Ordinary(pull) => pull.at(x, inverse_square, inverse_cube, strength),
+            Self::Composite(parts) => {
+                let (excess, moment) = PartPull::sum(parts, x, inverse_square, inverse_cube)?;
+                Some((excess * strength, moment * strength))
+            }
         }
     }
 

@@ -48,8 +48,8 @@ pub trait Equations {
         dimension
     }
 
-    /// Leaves the rates of the quadratures at the vector of the last evaluation in `rate`. Called only where they count.
-    fn quadratures(&mut self, _rate: &mut [f64]) {}
+    /// Leaves the rates of the quadratures at the time and the vector of the last evaluation in `rate`. Called only where they count.
+    fn quadratures(&mut self, _time: f64, _y: &[f64], _rate: &mut [f64]) {}
 
     /// Size of a difference `v` at `y` in units of the tolerance.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
@@ -444,7 +444,7 @@ impl Stepper {
             if quick {
                 equations.derivative(0, at, trial, rates)?;
                 if self.counts[stage] {
-                    equations.quadratures(rates);
+                    equations.quadratures(at, trial, rates);
                 }
             } else {
                 evaluate(equations, at, trial, rates, self.counts[stage], patience)?;
@@ -579,7 +579,7 @@ fn evaluate(
         equations.derivative(part, time, y, rate)?;
     }
     if counts {
-        equations.quadratures(rate);
+        equations.quadratures(time, y, rate);
     }
     Ok(())
 }

@@ -5,6 +5,8 @@ use super::anomaly::EccentricPlace;
 use super::elements::OrbitAxes;
 use crate::error::{Result, require_finite, require_positive};
 use crate::math::Vec3;
+use crate::math::lanes::WIDEST;
+use pulp::Simd;
 use std::f64::consts::PI;
 
 /// An orbit about a centre of known mu, with all in it that does not change.
@@ -132,8 +134,8 @@ pub struct OrbitCells {
 struct Cell {
     /// Its middle, in half widths.
     middle: f64,
-    /// Of the position and 1/r, by powers of the time in the stretch, from -1 to 1.
-    coefficients: [[f64; 4]; OrbitCells::TERMS],
+    /// Of the position and 1/r, by powers of the time in the stretch, from -1 to 1: of an even power and of the next one in a row.
+    coefficients: [[f64; WIDEST]; OrbitCells::TERMS / 2],
 }
 
 impl Cell {
@@ -152,7 +154,7 @@ impl OrbitCells {
     /// Of an orbit.
     pub fn new(orbit: OrbitPath) -> Self {
         let half_width = orbit.half_width();
-        let none = Cell { middle: f64::NAN, coefficients: [[0.0; 4]; Self::TERMS] };
+        let none = Cell { middle: f64::NAN, coefficients: [[0.0; WIDEST]; Self::TERMS / 2] };
         Self { orbit, half_width, per_half_width: 1.0 / half_width, cells: [none.clone(), none] }
     }
 
@@ -163,21 +165,24 @@ impl OrbitCells {
 
     /// The place a time after that of the elements.
     #[inline(always)]
-    pub fn after(&mut self, time: f64) -> Result<Place> {
+    pub fn after<S: Simd>(&mut self, simd: S, time: f64) -> Result<Place> {
         let widths = time * self.per_half_width;
         let x = match self.cells[0].within(widths) {
             Some(x) => x,
             None => self.turn_to(widths)?,
         };
-        let square = x * x;
-        let (mut even, mut odd) = ([0.0; 4], [0.0; 4]);
-        for pair in self.cells[0].coefficients.as_chunks::<2>().0.iter().rev() {
-            for k in 0..4 {
-                even[k] = even[k] * square + pair[0][k];
-                odd[k] = odd[k] * square + pair[1][k];
+        // Powers of x^4 in two sums, that neither waits for the other.
+        let (square, mut sums) = (simd.splat_f64s(x * x), [0.0; WIDEST]);
+        let fourth = simd.mul_f64s(square, square);
+        for (register, out) in S::as_mut_simd_f64s(&mut sums).0.iter_mut().enumerate() {
+            let (mut even, mut odd) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
+            for [a, b] in self.cells[0].coefficients.as_chunks().0.iter().rev() {
+                even = simd.mul_add_f64s(even, fourth, S::as_simd_f64s(a).0[register]);
+                odd = simd.mul_add_f64s(odd, fourth, S::as_simd_f64s(b).0[register]);
             }
+            *out = simd.mul_add_f64s(odd, square, even);
         }
-        let number = |k: usize| even[k] + odd[k] * x;
+        let number = |k: usize| sums[k] + sums[k + 4] * x;
         Ok(Place::new(Vec3::new(number(0), number(1), number(2)), number(3)))
     }
 
@@ -216,7 +221,11 @@ impl OrbitCells {
             let next = |k: usize| (if k > 0 { factor * present[k - 1] } else { 0.0 }) - last[k];
             (last, present) = (present, std::array::from_fn(next));
         }
-        self.cells[0] = Cell { middle, coefficients: by_powers };
+        let mut coefficients = [[0.0; WIDEST]; Self::TERMS / 2];
+        for (power, numbers) in by_powers.iter().enumerate() {
+            coefficients[power / 2][4 * (power % 2)..][..4].copy_from_slice(numbers);
+        }
+        self.cells[0] = Cell { middle, coefficients };
         Ok(())
     }
 }

@@ -68,8 +68,8 @@ impl Equations for Motion {
         self.equations.layout().dependent()
     }
 
-    fn quadratures(&mut self, rate: &mut [f64]) {
-        self.equations.quadratures(rate);
+    fn quadratures(&mut self, time: f64, y: &[f64], rate: &mut [f64]) {
+        self.equations.quadratures(time, y, rate);
     }
 
     /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths

@@ -141,7 +141,7 @@ proptest! {
         let (field, mut pull) = (FieldOf::new(&body, 1.0 / body.mass), BodyPull::new(&body).unwrap());
         let x = direction * distance;
         let g = field.field(&x).unwrap();
-        let (excess, moment) = pull.at(&x, distance.powi(-2), distance.powi(-3)).unwrap();
+        let (excess, moment) = pull.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();
         prop_assert!((excess - (g + x / distance.powi(3))).norm() < 2e-15 * g.norm());
         prop_assert!((moment - x.cross(&g)).norm() < 3e-15 * g.norm() * distance);
     }

@@ -11,7 +11,7 @@ const AXES: [f64; 3] = [1.0, 0.8, 0.5];
 
 fn at(pull: &mut ExtendedPull, x: &Vec3) -> Option<(Vec3, Vec3)> {
     let distance = x.norm();
-    pull.at(x, distance.powi(-2), distance.powi(-3))
+    pull.at(x, distance.powi(-2), distance.powi(-3), 1.0)
 }
 
 fn pull(axes: [f64; 3]) -> ExtendedPull {
