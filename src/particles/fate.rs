@@ -4,6 +4,9 @@ use crate::error::{Error, Result, require_finite, require_positive};
 use crate::integrate::{Controller, Tableau, Tolerance};
 use crate::math::Vec3;
 
+/// The largest number of a particle's start. The search for contact takes fourth powers, which stay doubles on the way.
+const LARGEST: f64 = 1e60;
+
 /// What has become of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fate {
@@ -188,11 +191,20 @@ impl Particle {
         }
     }
 
-    /// Refuses numbers that are not finite, naming the particle.
+    /// Refuses numbers that are not finite or out of range, naming the particle.
     pub fn check(&self, index: usize) -> Result<()> {
-        require_finite(&format!("position of particle {index}"), &self.motion[..3])?;
-        require_finite(&format!("velocity of particle {index}"), &self.motion[3..])?;
-        require_finite(&format!("area_to_mass of particle {index}"), &[self.area_to_mass])?;
+        let ratio = [self.area_to_mass];
+        let named =
+            [("position", &self.motion[..3]), ("velocity", &self.motion[3..]), ("area_to_mass", &ratio)];
+        for (name, values) in named {
+            let what = format!("{name} of particle {index}");
+            require_finite(&what, values)?;
+            if let Some(&value) = values.iter().find(|value| value.abs() > LARGEST) {
+                let expected =
+                    format!("at most {LARGEST:e} in size; choose units that keep the numbers in range");
+                return Err(Error::invalid(what, value, expected));
+            }
+        }
         if self.area_to_mass < 0.0 {
             let what = format!("area_to_mass of particle {index}");
             return Err(Error::invalid(what, self.area_to_mass, "zero or more"));

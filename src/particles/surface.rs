@@ -244,7 +244,8 @@ impl PartSurface {
         let (start, direction) = (step.start(), step.size().signum());
         let length = (until - start).abs();
         let worst = self.worst(course, body, step, length);
-        let floor = FLOOR * length.min(self.form.size() / worst.speed);
+        // A shorter stretch would be lost in the rounding of `passed`, and the search would not end.
+        let floor = (FLOOR * length.min(self.form.size() / worst.speed)).max(f64::EPSILON * length);
         let level = |passed: f64| self.level(course, body, step, start + direction * passed);
         let mut passed = if departing { floor } else { 0.0 };
         while passed <= length {

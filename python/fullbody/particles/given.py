@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Particles"]
 
+#: As in the core, whose search for contact takes fourth powers.
+_LARGEST = 1e60
+
 
 @named_options
 class Particles:
@@ -35,7 +38,7 @@ class Particles:
     Raises
     ------
     InvalidInput
-        For wrong shapes, and numbers that are not finite, by the particle's place.
+        For wrong shapes, and numbers that are not finite or above 1e60 in size, by the particle's place.
 
     Examples
     --------
@@ -75,10 +78,12 @@ class Particles:
             raise InvalidInput(f"area_to_mass has shape {ratio.shape}; expected one number, or ({len(position)},)")
         found["area_to_mass"] = np.ascontiguousarray(np.broadcast_to(ratio, len(position)))
         for name, values in found.items():
-            bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+            # A comparison with nan is false.
+            bad = ~(np.abs(values.reshape(len(values), -1)) <= _LARGEST).all(axis=1)
             if bad.any():
                 index = int(np.argmax(bad))
-                raise InvalidInput(f"{name} of particle {index} is {values[index]}; expected finite numbers")
+                expected = f"expected finite numbers of at most {_LARGEST:g} in size, in units that keep them in range"
+                raise InvalidInput(f"{name} of particle {index} is {values[index]}; {expected}")
         negative = found["area_to_mass"] < 0.0
         if negative.any():
             index = int(np.argmax(negative))

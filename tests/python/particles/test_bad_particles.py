@@ -35,6 +35,50 @@ def test_particles_that_are_none(position, velocity, ratio, says):
         Particles(position, velocity, ratio)
 
 
+@pytest.mark.parametrize("value", [1e155, -1e155, 1e77, 1e308])
+def test_numbers_whose_powers_overflow(value):
+    """The square of 1e155 is above the largest double, 1.8e308; so is the fourth power of 1.2e77."""
+    start, still = [[3.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, 0.0]]
+    wrong = [[3.0, 0.0, 0.0], [0.0, value, 0.0]]
+    for name, given in {
+        "position": (wrong, still),
+        "velocity": (start, wrong),
+        "area_to_mass": (start, still, [0.0, abs(value)]),
+    }.items():
+        with pytest.raises(InvalidInput, match=f"^{name} of particle 1 is ") as caught:
+            Particles(*given)
+        told, expected = str(caught.value).split("; ")
+        assert f"{abs(value):g}".replace("1e", "1.e") in told.replace("1e", "1.e")
+        assert expected == "expected finite numbers of at most 1e+60 in size, in units that keep them in range"
+
+
+def test_what_is_out_of_range_in_the_units_of_the_system():
+    system, state = fullbody.systems.kw4(units=True)
+    far = Particles([["9e59 pc", "0 km", "0 km"]], [["0 km/h"] * 3])
+    with pytest.raises(InvalidInput, match=r"position of particle 0 is .*in units that keep them in range"):
+        system.fly(state, far, 1.0)
+
+
+@pytest.mark.parametrize(("position", "speed"), [(1e60, 1.0), (3.0, 1e60), (1e60, 1e60), (-1e60, 1e60)])
+def test_the_largest_numbers_are_flown(position, speed):
+    """Nothing acts on what is so far or so fast: a straight line. Its neighbour keeps its bits."""
+    system, state = fullbody.systems.kw4()
+    pair = Particles([[3.0, 0.0, 0.0], [position, 0.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, speed]])
+    flight = system.fly(state, pair, 1.0, output=0.5, escape=Escape(1e61))
+    assert flight.fate.tolist() == ["flying", "flying"]
+    np.testing.assert_allclose(flight.position[-1, 1], [position, 0.0, speed], rtol=1e-12, atol=1e-12)
+    assert (flight.position[:, 0] == system.fly(state, ONE, 1.0, output=0.5).position[:, 0]).all()
+
+
+def test_a_particle_that_passes_a_body_in_less_than_the_time_rounds(run):
+    """The search for its contact ends, with a straight line or an impact; places round at 1e44 there."""
+    head_on = Particles([[1e60, 0.0, 0.0]], [[-1e60, 0.0, 0.0]])
+    flight = run.fly(head_on, 2.0, output=0.5)
+    assert flight.fate[0] in ("flying", "impact")
+    assert np.isfinite(flight.last_position).all()
+    np.testing.assert_allclose(flight.position[:2, 0, 0], [1e60, 0.5e60], rtol=1e-12)
+
+
 def test_a_particle_inside_a_body(run):
     inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + np.array([0.05, 0.0, 0.0])], [[0.0, 0.8, 0.0]] * 2)
     with pytest.raises(InvalidInput, match="particle 1 is inside Beta"):
