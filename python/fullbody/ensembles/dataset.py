@@ -33,15 +33,14 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
 
     found = ordered(outcomes)
     failures = [_UNDONE] * len(plan)
-    for outcome in found:
-        failures[outcome.row] = outcome.failure or Failure("", "", "")
     columns = columns_of(plan)
     #: Names of parameters, variables and dimensions, by the variable that has them.
     taken = dict.fromkeys((*columns, *plan.dimensions, *FAILURE), "")
     variables: dict[str, _Variable] = {}
     for outcome in found:
-        try:
-            for name, measured in outcome.values.items():
+        failure = outcome.failure
+        for name, measured in outcome.values.items():
+            try:
                 if name not in variables:
                     variable = _Variable(name, measured, outcome.row, len(plan))
                     for own in (name, *variable.inner):
@@ -51,9 +50,9 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
                     taken |= dict.fromkeys((name, *variable.inner), name)
                     variables[name] = variable
                 variables[name].put(outcome.row, measured)
-        except InvalidInput as error:
-            if outcome.failure is None:
-                failures[outcome.row] = Failure.of(error, "measure")
+            except InvalidInput as error:
+                failure = Failure.of(error, "measure").after(failure)
+        failures[outcome.row] = failure or Failure("", "", "")
     dims = tuple(plan.dimensions)
     fields: dict[str, Any] = {}
     for name, variable in variables.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ import numpy as np
 from ..base.arguments import integer, named_options, suggestion
 from ..base.units import need
 from ..base.version import version
-from ..errors import FullbodyError, Interrupted, InvalidInput
+from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..motion.options import check_for_all, differentiated, watched
 from ..record.integrators import Integrator, Verner98
@@ -37,7 +37,7 @@ def sweep(
     parameters: Any,
     until: Any,
     *,
-    measure: Callable[..., Mapping[str, Any]],
+    measure: Callable[..., Mapping[str, Any]] | Sequence[Callable[..., Mapping[str, Any]]],
     output: Any = "ends",
     integrator: Integrator | None = None,
     events: Iterable[Event] = (),
@@ -66,9 +66,10 @@ def sweep(
     until : float, Quantity, text or callable
         The end of the runs, as for :meth:`fullbody.System.integrate`; or the name of the parameter that is the end; or
         a function that gives it, ``until(**parameters)``.
-    measure : callable
+    measure : callable, or list of callables
         ``measure(run) -> dict`` of numbers, arrays of numbers of the same shape in all rows, or texts, each under the
-        name of its variable. Numbers may be Quantities. What a row leaves out, or gives as ``None``, is nan there.
+        name of its variable. Numbers may be Quantities. What a row leaves out, or gives as ``None``, is nan there. Of a
+        list each measure is called by itself: the values of the others stay where one fails.
     output, integrator, events, dense, derivatives, chaos
         As for :func:`fullbody.integrate_many`, for all runs; by default a run has its start and its end.
     executor : optional
@@ -95,7 +96,8 @@ def sweep(
         Variables over the dimensions of the parameters, whose values are its coordinates, with units in their
         attributes; those of arrays have further dimensions, ``name_0`` and so on. Numbers are floats. Beside what
         ``measure`` gives there are ``error``, the name of the error that a row ended with, empty for none;
-        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``.
+        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``. Where several things fail, as a
+        run and a measure of it, ``error`` and ``error_stage`` are of the first, and ``error_text`` tells all.
 
     Raises
     ------
@@ -108,6 +110,11 @@ def sweep(
     Interrupted
         On Ctrl-C, with the map so far in the attribute ``dataset``. Rows that were not computed have the error
         ``"NotComputed"``.
+
+    Warns
+    -----
+    InconsistentInput
+        Where every row has an error: how many there are, and the first one.
 
     Notes
     -----
@@ -140,9 +147,11 @@ def sweep(
     from .dataset import FAILURE, dataset
     from .executors import here, submitted
 
-    for name, function in (("setup", setup), ("measure", measure)):
-        if not callable(function):
-            raise InvalidInput(f"{name} is {function!r}; expected a function")
+    if not callable(setup):
+        raise InvalidInput(f"setup is {setup!r}; expected a function")
+    measures = tuple(measure) if isinstance(measure, list | tuple) else (measure,)
+    if not measures or not all(callable(one) for one in measures):
+        raise InvalidInput(f"measure is {measure!r}; expected a function, or a list of functions")
     rng = RNG in _arguments(setup)
     rows = plan(parameters, _seed(seed))
     for name in (*rows.columns, *rows.dimensions):
@@ -164,7 +173,7 @@ def sweep(
     wanted = False if names is None else tuple(names) or True
     job = Job(
         setup,
-        measure,
+        measures,
         until,
         output,
         integrator,
@@ -183,7 +192,7 @@ def sweep(
         if store is not None:
             kept = stack.enter_context(stores.opened(store, _manifest(job, rows)))
             if kept.map is not None:
-                return kept.map
+                return _looked_at(kept.map)
             outcomes |= kept.outcomes()
         bar = stack.enter_context(_Bar(progress, len(rows), outcomes))
 
@@ -208,7 +217,21 @@ def sweep(
             error.add_note(done)
             raise
         found = dataset(rows, outcomes.values(), notes)
-        return found if kept is None else kept.finish(found)
+        return _looked_at(found if kept is None else kept.finish(found))
+
+
+def _looked_at(found: xarray.Dataset) -> xarray.Dataset:
+    """A map, with a warning where all of its rows have an error."""
+    from .dataset import FAILURE
+
+    kinds, texts, stages = (found[name].values.ravel() for name in FAILURE)
+    if all(kinds):
+        rows = "the only row" if len(kinds) == 1 else f"all {len(kinds)} rows"
+        caution(
+            f"{rows} of the sweep ended with an error; that of the first is {kinds[0]} in {stages[0]}: {texts[0]}; the "
+            "variables error, error_text and error_stage of the map have those of each row"
+        )
+    return found
 
 
 def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
@@ -264,7 +287,8 @@ def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
         **({"chaos": "True"} if job.chaos else {}),
     }
     told |= {f"parameter {name}": identity.digest(column) for name, column in columns_of(rows).items()}
-    for name, thing in (("setup", job.setup), ("measure", job.measure), ("until", job.until)):
+    measures = {f"measure {place}" if place else "measure": one for place, one in enumerate(job.measures)}
+    for name, thing in {"setup": job.setup, **measures, "until": job.until}.items():
         for part, found in identity.parts(thing).items():
             told[f"{name} ({part})" if part else name] = found
     return told

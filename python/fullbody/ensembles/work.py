@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -46,10 +47,16 @@ class Failure:
     stage: str
 
     @classmethod
-    def of(cls, error: BaseException, stage: str) -> Failure:
-        """From an error."""
+    def of(cls, error: BaseException, stage: str, part: str = "") -> Failure:
+        """From an error; the text begins with the part of the stage that failed, where it has several."""
         text = str(error).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
-        return cls(type(error).__name__, text, stage)
+        return cls(type(error).__name__, f"{part}: {text}" if part else text, stage)
+
+    def after(self, first: Failure | None) -> Failure:
+        """Both failures as one, which has the name and the stage of the first, and both texts."""
+        if first is None:
+            return self
+        return Failure(first.name, f"{first.text}; also {self.name} in {self.stage}: {self.text}", first.stage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +73,7 @@ class Job:
     """What is done with each row; see :func:`fullbody.sweep`."""
 
     setup: Callable[..., Any]
-    measure: Callable[..., Any]
+    measures: tuple[Callable[..., Any], ...]
     until: Any
     output: Any
     integrator: Integrator | None
@@ -145,20 +152,43 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         run = getattr(run, "run", None)
     if run is None:
         return Outcome(row, {}, failure)
-    try:
-        return Outcome(row, _measured(job.measure(run)), failure)
-    except _FAILURES as error:
-        # What ended the run came first.
-        return Outcome(row, {}, failure or Failure.of(error, "measure"))
+    values: dict[str, Measured] = {}
+    for place, measure in enumerate(job.measures):
+        part = _called(measure, place) if len(job.measures) > 1 else ""
+        # What fails takes nothing from the rest.
+        try:
+            found = _mapping(measure(run))
+        except _FAILURES as error:
+            failure = Failure.of(error, "measure", part).after(failure)
+            continue
+        for name, value in found.items():
+            try:
+                _check_name(name, values)
+                values[name] = _value(value, name)
+            except _FAILURES as error:
+                failure = Failure.of(error, "measure", part).after(failure)
+    return Outcome(row, values, failure)
 
 
-def _measured(found: Any) -> dict[str, Measured]:
+def _called(measure: Any, place: int) -> str:
+    """The name of one of several measures; of one without a name its place."""
+    while isinstance(measure, partial):
+        measure = measure.func
+    name = getattr(measure, "__name__", "")
+    return name if name.isidentifier() else f"number {place}"
+
+
+def _mapping(found: Any) -> Mapping[Any, Any]:
     if not isinstance(found, Mapping):
         raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
-    for name in found:
-        if not isinstance(name, str) or not fits(name):
-            raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
-    return {name: _value(value, name) for name, value in found.items()}
+    return found
+
+
+def _check_name(name: Any, taken: Mapping[str, Measured]) -> None:
+    if not isinstance(name, str) or not fits(name):
+        raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
+    if name in taken:
+        raise InvalidInput(f"measure gives {name}, which a measure before it gives too; expected each name once")
 
 
 def _value(value: Any, name: str) -> Measured:

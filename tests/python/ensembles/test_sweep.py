@@ -1,6 +1,7 @@
 """Maps over parameters: what their rows are, what comes of them, and what goes wrong with single ones."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import fullbody
 import numpy as np
@@ -213,12 +214,115 @@ def test_what_goes_wrong_stays_in_its_row():
 FAILURE = ("error", "error_text", "error_stage")
 
 
+def gap(run):
+    return {"gap": np.linalg.norm(run.position[0, 1] - run.position[0, 0])}
+
+
+def fussy(run, places=1):
+    """Not for masses above a half, nor for runs that were cut short."""
+    if run.stop_reason != "end":
+        raise LookupError("no end")
+    if run.system.masses[1] > 0.5:
+        raise ArithmeticError("too heavy")
+    return {"fuss": [1.0] * places}
+
+
+def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
+    first, last = GRID["distance"]
+    measures = [gap, partial(fussy, places=2), angle]
+    found = fullbody.sweep(circle, GRID, 0.8, measure=measures)
+    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.8), rtol=1e-12)
+    assert found.gap.values.tolist() == [[first, last]] * 3
+    np.testing.assert_array_equal(found.fuss[..., 1], [[1.0] * 2, [1.0] * 2, [np.nan] * 2])
+    told = [tuple(str(found[name][row, 1].values) for name in FAILURE) for row in range(3)]
+    assert told == [("", "", "")] * 2 + [("ArithmeticError", "fussy: too heavy", "measure")]
+
+
+def test_what_the_package_measures_stays_beside_what_it_cannot():
+    """Half a revolution has a fate, the end of the run, and no mean period."""
+    revolution = 2 * np.pi / expected(0.5, 1.0, 1.0)
+    ends = [revolution / 2, 8 * revolution]
+    measures = [fullbody.ensembles.fate, fullbody.ensembles.orbit]
+    found = fullbody.sweep(lambda end: circle(), {"end": ends}, "end", measure=measures, output=revolution / 40)
+    assert found.fate.values.tolist() == ["bound", "bound"]
+    np.testing.assert_allclose(found.fate_time, ends, rtol=1e-15)
+    np.testing.assert_allclose(found.period, [np.nan, revolution], rtol=1e-9)
+    assert found.error.values.tolist() == ["InvalidInput", ""]
+    assert str(found.error_text[0].values).startswith("orbit: ")
+
+
+def test_all_that_goes_wrong_with_a_row_is_told():
+    def second(run):
+        if run.stop_reason != "end":
+            raise KeyError("nothing there")
+        return {}
+
+    told = {}
+    for measure in (fussy, [gap, fussy, second], [gap, lambda run: {"one": 1 / (run.stop_reason == "end")}]):
+        found = fullbody.sweep(troubles, {"kind": ["collision", "good"]}, 2.0, measure=measure)
+        told[len(told)] = [str(found[name][0].values) for name in FAILURE]
+    both = [told[k][1].partition("; also ")[::2] for k in range(3)]
+    assert all(first.startswith("A and B") for first, _ in both)
+    assert [rest for _, rest in both] == [
+        "LookupError in measure: no end",
+        "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing there'",
+        "ZeroDivisionError in measure: number 1: division by zero",
+    ]
+    assert [told[k][::2] for k in range(3)] == [["BodiesOverlap", "run"]] * 3
+
+
+def test_values_stay_beside_one_that_does_not_go():
+    def measure(run):
+        heavy = run.system.masses[1] > 0.5
+        return {"wrong": object() if heavy else 0.0, "list": [0.0] * (1 + heavy), "end": run.time[-1]}
+
+    found = fullbody.sweep(circle, {"mass": [0.5, 0.9]}, 0.25, measure=measure)
+    assert found.end.values.tolist() == [0.25, 0.25]
+    assert np.isnan(found.wrong[1])
+    assert np.isnan(found["list"][1]).all()
+    text = str(found.error_text[1].values)
+    assert text.startswith("measure gives wrong = <object")
+    assert "; also InvalidInput in measure: measure gives list of shape (2,), but of shape (1,) in row 0" in text
+
+
+def test_measures_that_give_one_name_twice():
+    with pytest.warns(fullbody.InconsistentInput, match="ended with an error"):
+        found = fullbody.sweep(circle, {"mass": [0.5]}, 0.25, measure=[gap, lambda run: {"gap": 0.0, "end": 1.0}])
+    assert (float(found.gap[0]), float(found.end[0])) == (1.0, 1.0)
+    assert str(found.error_text[0].values).startswith("number 1: measure gives gap, which a measure before it gives")
+
+
+def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
+    """At the line of the call, also where the map is read from its store; one good row is enough for silence."""
+
+    def setup(mass):
+        if mass > 0.25:
+            raise ValueError(f"{mass} is too heavy")
+        return circle(mass)
+
+    text = (
+        "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy; the v"
+    )
+    for store in (None, tmp_path / "map.nc", tmp_path / "map.nc"):
+        with pytest.warns(fullbody.InconsistentInput, match=f"^{text}") as caught:
+            found = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, store=store)
+        assert [one.filename for one in caught] == [__file__]
+        assert (found.error == "ValueError").all()
+    with pytest.warns(
+        fullbody.InconsistentInput, match="^the only row of the sweep ended with an error; that of the first is "
+    ):
+        fullbody.sweep(setup, {"mass": 0.3}, 0.1, measure=angle)
+    fullbody.sweep(setup, {"mass": [0.2, 0.3, 0.4]}, 0.1, measure=angle)
+
+
+@pytest.mark.filterwarnings("ignore:all . rows of the sweep ended with an error")
 def test_a_measure_may_not_take_a_parameters_name():
     found = fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=lambda run: {"mass": 1.0})
     assert (found.error == "InvalidInput").all()
     assert "is the name of a parameter" in str(found.error_text[0].values)
 
 
+@pytest.mark.filterwarnings("ignore:all . rows of the sweep ended with an error")
 def test_names_of_dimensions_are_taken_too():
     """A list has a dimension that has its name and a number."""
 
@@ -229,7 +333,8 @@ def test_names_of_dimensions_are_taken_too():
     assert found["a"].dims == ("mass", "a_0")
     assert (found.error_text == "measure gives a_0, but a_0 is the name of a dimension of a").all()
     found = fullbody.sweep(lambda a_0: circle(a_0), {"a_0": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
-    assert (found.error_text == "measure gives a, but a_0 is the name of a parameter or kept for errors").all()
+    told = [f"measure gives {name}, but a_0 is the name of a parameter or kept for errors" for name in ("a", "a_0")]
+    assert (found.error_text == "; also InvalidInput in measure: ".join(told)).all()
 
 
 def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
@@ -259,7 +364,9 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
     ("change", "text"),
     [
         ({"setup": 3}, "setup is 3; expected a function"),
-        ({"measure": None}, "measure is None; expected a function"),
+        ({"measure": None}, "measure is None; expected a function, or a list of functions"),
+        ({"measure": []}, r"measure is \[\]; expected a function"),
+        ({"measure": [angle, 3]}, "measure is .*3]; expected a function, or a list"),
         ({"parameters": 3}, "parameters has 3; expected a mapping"),
         ({"parameters": []}, "parameters is empty"),
         ({"parameters": {"mass": []}}, r"mass has shape \(0,\)"),

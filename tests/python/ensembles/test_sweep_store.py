@@ -108,6 +108,7 @@ SAME = {
         ({"setup": lambda mass: circle(mass)}, "setup"),
         ({"measure": helper}, "measure"),
         ({"measure": scaled(1.0)}, "measure"),
+        ({"measure": [using, helper]}, "measure 1"),
         ({"until": 0.6}, "until"),
         ({"until": lambda mass: 0.5}, "until"),
         ({"output": 0.1}, "output"),
