@@ -47,7 +47,8 @@ class InconsistentInput(UserWarning):
 
     Examples are two values of one quantity that differ a little, such as a period beside a semi-major axis and masses;
     a density that no asteroid has; a body whose rotation is not stated; quaternions that are not of length one; angles
-    that look like degrees; a start whose bodies are far apart, or much too fast to be bound.
+    that look like degrees; a start whose bodies are far apart, or much too fast to be bound; a tide with too long
+    a lag.
     """
 
 

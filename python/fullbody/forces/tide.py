@@ -5,13 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
+import numpy as np
+
 from ..base.arguments import named_options, positive, refuse_mixture
+from ..base.rotations import matrices
 from ..base.tables import number
 from ..base.units import gathered, numbers, scalar, strip_to
 from ..errors import InvalidInput
 from ..model.force import Force, Ground
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from .. import _core
     from ..base.units import Units
 
 __all__ = ["Tide", "lag_from_quality_factor"]
@@ -34,7 +40,9 @@ class Tide(Force):
     k2 : float
         Love's number of degree two of the deformed body, from 0 to 1.5.
     lag : float or Quantity
-        The time by which the bulge follows; :func:`lag_from_quality_factor` has one of a quality factor.
+        The time by which the bulge follows; :func:`lag_from_quality_factor` has one of a quality factor. The law is of
+        first order in the angle by which the body turns meanwhile: a run warns where that is above a radian at its
+        start.
     radius : float or Quantity, optional
         Of the deformed body; that of the sphere of its volume unless given.
     name : str, optional
@@ -81,6 +89,27 @@ class Tide(Force):
     def _words(self, described: dict[str, Any], units: Units) -> str:
         lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
         return f"by {described['by']} on {described['on']}, k2 = {number(described['k2'])}, lag {lag}, radius {radius}"
+
+    def _doubts(
+        self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
+    ) -> Iterator[str]:
+        """Whether a body turns by more than a radian within the lag, relative to the other one or on its orbit."""
+        on, by, lag = (described[key] for key in ("on", "by", "lag"))
+        deformed, raiser = names.index(on), names.index(by)
+        r, v = start.position[raiser] - start.position[deformed], start.velocity[raiser] - start.velocity[deformed]
+        orbital = np.cross(r, v) / (r @ r)
+        spin = matrices(start.attitude[deformed]) @ start.spin[deformed]
+        # A spin about the line of the centres raises no other tide.
+        relative, along = (
+            lag * np.linalg.norm(np.cross(rate, r)) / np.linalg.norm(r) for rate in (spin - orbital, orbital)
+        )
+        if max(relative, along) > 1.0:
+            turns = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
+            yield (
+                f"{self.name} has a lag of {number(units.attach(np.float64(lag), 'time'), 4)}, within which {turns} by "
+                f"{np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of first order in that "
+                "angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
+            )
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

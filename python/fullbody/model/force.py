@@ -12,6 +12,9 @@ from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from .. import _core
     from ..base.units import Units
     from .bodies import Body
 
@@ -147,6 +150,12 @@ class Force(ScalarFields):
     def _words(self, described: dict[str, Any], units: Units) -> str:
         """What it is in a few words, from its description in numbers of these units."""
         return ""
+
+    def _doubts(
+        self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
+    ) -> Iterator[str]:
+        """Warnings about the force at a start, from its description in numbers of these units."""
+        yield from ()
 
     def _call(self, ground: Ground) -> Call | None:
         """The function that the core calls, of a force that is one."""

@@ -58,8 +58,9 @@ class Simulation:
     Warns
     -----
     InconsistentInput
-        For a start in which a body is ten times as fast as what could escape, and for a heavy body a thousand times as
-        far from others as these are from each other.
+        For a start in which a body is ten times as fast as what could escape, for a heavy body a thousand times as far
+        from others as these are from each other, and for a tide with a lag within which a body turns by more than a
+        radian.
 
     Examples
     --------

@@ -39,7 +39,7 @@ def drag(time, state):
 #: One of each kind, as functions of nothing, for a pair.
 KINDS = {
     "Sun": sun,
-    "tide": lambda: Tide(on="A", by="B", k2=0.3, lag=0.5, name="tide"),
+    "tide": lambda: Tide(on="A", by="B", k2=0.3, lag=0.1, name="tide"),
     "YORP": lambda: Yorp(on="A", along=1e-6, across=2e-6, name="YORP"),
     "BYORP": lambda: Byorp(on="B", about="A", force=1e-6, name="BYORP"),
     "own": lambda: Function(drag, name="own"),

@@ -4,6 +4,7 @@ import fullbody
 import mpmath as mp
 import numpy as np
 import pytest
+from astropy import units as u
 from fullbody.forces import Tide
 from scipy.integrate import solve_ivp
 from support import inertia, matrix, reference, worst
@@ -75,6 +76,11 @@ def test_the_radius_is_that_of_the_sphere_of_equal_volume():
     np.testing.assert_allclose(one, other, rtol=1e-13)
 
 
+#: Where the law itself is tested, in a short time, the lag need not be one that a body could have.
+EXAGGERATED = pytest.mark.filterwarnings("ignore:tide has a lag of")
+
+
+@EXAGGERATED
 @pytest.mark.parametrize("k2_lag", [6e5, 3e5])
 def test_decay_onto_a_body_that_does_not_turn(k2_lag):
     """a(t) = R [(a/R)^8 - 48 k2 q (1+q) t/T]^(1/8), T = R^3/(G M lag), q the raiser's mass over the deformed one's.
@@ -95,6 +101,7 @@ def test_decay_onto_a_body_that_does_not_turn(k2_lag):
     assert worst(run.elements().a - a, expected - a, a - expected[-1]) < 3e-3
 
 
+@EXAGGERATED
 def test_the_raiser_is_moved_out_by_a_fast_body():
     """The sign turns at synchronism: da/dt is minus (1 - omega/n) times the rate at rest (Hut 1981, eq. 9 at e = 0)."""
     rates = {}
@@ -229,3 +236,57 @@ def test_spins_and_orbits_of_reboundx(case):
     np.testing.assert_allclose(matrix(run.attitude[0, 0]) @ run.spin[0, 0], of["spin"], rtol=0, atol=1e-9)
     free = system.integrate(state, data["time"], output=[data["time"]])
     assert np.abs(run.position - free.position).max() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("spin", "attitude", "rate", "turns"),
+    [
+        ([0.0, 0.0, 3.0], [1.0, 0, 0, 0], lambda n: 3.0 - n, "A turns relative to B"),
+        # Upside down: against the orbit.
+        ([0.0, 0.0, 3.0], [0.0, 1, 0, 0], lambda n: 3.0 + n, "A turns relative to B"),
+        ([0.0, 0.0, 0.0], [1.0, 0, 0, 0], lambda n: n, "A turns relative to B"),
+        # A synchronous body has the tides of its librations and of the eccentricity, of the frequency n.
+        ([0.0, 0.0, None], [1.0, 0, 0, 0], lambda n: n, "B goes round A"),
+        # About the line of the centres no spin is seen.
+        ([9.0, 0.0, None], [1.0, 0, 0, 0], lambda n: n, "B goes round A"),
+    ],
+)
+def test_a_lag_in_which_bodies_turn_far_is_warned_of(spin, attitude, rate, turns):
+    """By Kepler's third law for the rate of the orbit; a radian is the limit."""
+    a, mass = 1.3, 1e-3
+    n = np.sqrt((1.0 + mass) / a**3)
+    turned = [n if component is None else component for component in spin]
+    system, state = two(
+        fullbody.Sphere(0.1),
+        mass=mass,
+        orbit=(a, 0, 0, 0, 0, 0),
+        spin=[turned, [0, 0, 0]],
+        attitude=[attitude, [1.0, 0, 0, 0]],
+    )
+
+    def begin(radians):
+        world = system.with_forces([Tide(on="A", by="B", k2=0.1, lag=radians / rate(n), name="bulge")])
+        return fullbody.Simulation(world, state)
+
+    for radians in (0.999, 0.01):
+        begin(radians)
+    for radians in (1.001, 40.0):
+        text = f"^bulge has a lag of .*, within which {turns} by {np.degrees(radians):.4g} degrees; .* first order"
+        with pytest.warns(fullbody.InconsistentInput, match=text):
+            begin(radians)
+
+
+def test_hours_where_seconds_were_meant():
+    system, state = fullbody.systems.kw4(units=True)
+    wrong = [Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * hour) for hour in (1.0, u.hour)]
+    for tide in wrong:
+        with pytest.warns(
+            fullbody.InconsistentInput, match="^tide on Alpha has a lag of 60 h, within which Alpha turns"
+        ):
+            system.with_forces([tide]).integrate(state, 0.01)
+    right = Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * u.s)
+    system.with_forces([right]).integrate(state, 0.01)
+    with pytest.warns(
+        fullbody.InconsistentInput, match="the starts of 1 of 2 members are doubtful; member 1: tide on Al"
+    ):
+        fullbody.integrate_many([(system.with_forces([tide]), state) for tide in (right, wrong[1])], 0.01)
