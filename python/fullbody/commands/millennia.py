@@ -71,8 +71,10 @@ def run(arguments: argparse.Namespace) -> int:
     done = float(sim.time) / (length * step)
     first, wanted = round(done), max(1, round(arguments.years * _YEAR / (length * step)))
     if abs(done - first) > 1e-6:
+        begun = load(out / "part-0000.nc").time[-1] / _YEAR
         raise InvalidInput(
-            f"{out / _KEPT} ends within a part of {arguments.part:g} years; expected the --part it was run by"
+            f"--part is {arguments.part:g} years, but {out / _KEPT} was run in parts of {begun:g} years; expected "
+            f"--part {begun:g}, or another --out"
         )
     for part in range(first, wanted):
         if not arguments.quiet and sys.stderr.isatty():

@@ -12,3 +12,7 @@ from .surface import SurfaceField, surface
 from .synodic import Synodic
 
 __all__ = ["Equilibrium", "RocheLobe", "SurfaceField", "Synodic", "surface"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -56,11 +56,12 @@ class Frame:
         way = core.velocity[1] - core.velocity[0]
         radial = float(abs(way @ self._turn[:, 0]) / np.linalg.norm(way))
         doubts = []
-        if max(off, radial) > _STEADY:
-            doubts.append(
-                f"the bodies are not on a circular orbit (their pull is off by {off:.2g} of what keeps them at rest in "
-                f"the rotating frame, and they approach or recede at {radial:.2g} of their speed)"
-            )
+        told = {
+            f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
+            f"they approach or recede at {radial:.2g} of their speed": radial,
+        }
+        if large := [text for text, share in told.items() if share > _STEADY]:
+            doubts.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
         for body, turn, spin, name in zip(
             self._bodies, core.rotation_matrix, core.spin, self.system.names, strict=True
         ):

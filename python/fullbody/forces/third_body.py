@@ -85,16 +85,16 @@ class ThirdBody(Force):
         name = self.name
         if (self.mass is None) == (self.mu is None):
             raise InvalidInput(f"mass and mu of {name} are {self.mass!r} and {self.mu!r}; expected one of the two")
-        if self.of not in ("system", "body"):
-            raise InvalidInput(
-                f"of of {name} is {self.of!r}; expected 'system' (the path is the system's about the third body) "
-                "or 'body' (it is the third body's about the system)"
-            )
         table = (self.times is not None, self.positions is not None)
         if (self.orbit is None) != all(table) or table[0] != table[1]:
             raise InvalidInput(f"the path of {name} is not clear; expected orbit, or else times and positions")
         if self.orbit is not None and not isinstance(self.orbit, KeplerElements):
             raise InvalidInput(f"orbit of {name} is {self.orbit!r}; expected KeplerElements")
+        if self.of not in ("system", "body"):
+            raise InvalidInput(
+                f"the argument 'of' of {name} is {self.of!r}; expected 'system' (the path is the system's about the "
+                "third body) or 'body' (it is the third body's about the system)"
+            )
 
     @classmethod
     def from_ephemeris(

@@ -21,3 +21,7 @@ __all__ = [
     "Radiation",
     "Shadow",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 @named_options
 class Plots:
     """The plots of a run: ``run.plot()`` for a page, ``run.plot.orbit()`` and so on for one picture.

@@ -39,5 +39,15 @@ def test_another_run_in_the_folder_is_refused(tmp_path, capsys):
     for more in (["--shape", "ellipsoid"], ["--step", "0.5"], ["--part", "0.17"]):
         assert millennia(tmp_path, 0.3, *more) == 1
         assert "expected" in capsys.readouterr().err
+    # The whole number of steps of 0.73 hours nearest to a tenth of 8766 hours.
+    assert millennia(tmp_path, 0.3, "--part", "0.17") == 1
+    told = capsys.readouterr().err
+    assert "--part is 0.17 years" in told
+    length = float(told.partition("expected --part ")[2].partition(",")[0])
+    assert length == pytest.approx(1201 * 0.73 / 8766, rel=1e-5)
+    # What is advised goes on.
+    assert millennia(tmp_path, 0.2, "--part", str(length)) == 0
+    assert (tmp_path / "part-0001.nc").exists()
+    capsys.readouterr()
     assert millennia(tmp_path, -1.0) == 1
     assert "--years" in capsys.readouterr().err

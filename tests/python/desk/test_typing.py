@@ -98,7 +98,14 @@ def test_types_in_annotations_are_those_of_numpy_and_python():
     assert (fullbody_typing.Array, fullbody_typing.Scalar) == (np.ndarray, float)
 
 
-@pytest.mark.parametrize("module", ["", ".events", ".frames", ".observables", ".systems"])
+@pytest.mark.parametrize(
+    "module",
+    [
+        "",
+        *(".analysis", ".ensembles", ".events", ".fields", ".forces", ".frames", ".observables"),
+        *(".particles", ".plots", ".spice", ".systems"),
+    ],
+)
 def test_public_names_alone_are_offered(module):
     """By ``dir`` and by the completion of IPython, which asks it."""
     thing = eval(f"fullbody{module}")

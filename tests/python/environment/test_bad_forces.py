@@ -74,8 +74,8 @@ def test_the_ends_of_love_numbers_and_no_lag(value):
         ({"mu": -1.0}, ("mu of Sun", "-1", "above zero")),
         ({"mu": NAN}, ("mu of Sun", "nan")),
         ({"mu": None, "mass": NAN}, ("mass of Sun", "nan")),
-        ({"of": None}, ("of of Sun", "None", "'system'", "'body'")),
-        ({"of": "sun"}, ("of of Sun", "'sun'", "'system'")),
+        ({"of": None}, ("argument 'of' of Sun is None", "'system'", "'body'")),
+        ({"of": "sun"}, ("argument 'of' of Sun is 'sun'", "'system'")),
         ({"time": NAN}, ("time of Sun", "nan")),
         ({"orbit": (1, 2, 3, 4, 5, 6)}, ("orbit of Sun", "KeplerElements")),
         ({"orbit": None}, ("path of Sun", "times and positions")),
@@ -86,6 +86,10 @@ def test_the_ends_of_love_numbers_and_no_lag(value):
 )
 def test_third_bodies(given, texts):
     refused(lambda: sun(**given), *texts)
+
+
+def test_a_third_body_of_which_only_the_mass_is_given():
+    refused(lambda: ThirdBody(mass=1.0), "the path of third body is not clear; expected orbit, or else times")
 
 
 @pytest.mark.parametrize(
@@ -299,6 +303,7 @@ def test_places_of_third_bodies_that_are_none():
         SYSTEM.third_body("Sun", 0.0)
 
 
+@pytest.mark.filterwarnings("ignore:T has a lag of")
 @pytest.mark.parametrize(
     "force",
     [sun(mu=1e300), tide(lag=1e300), yorp(along=1e300), Byorp(on="B", about="A", force=1e300, name="Y")],

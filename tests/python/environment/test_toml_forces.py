@@ -143,7 +143,10 @@ def test_without_forces_the_system_is_what_it_was(tmp_path):
         (SUN.replace("0.69", "-0.69"), r"forces\[0\]\.orbit: .*e"),
         (SUN.replace('"1 M_sun"', '"1 km"'), r"forces\[0\]\.mass: has the unit km"),
         (SUN.replace('mass = "1 M_sun"', ""), r"forces\[0\]: mass and mu of Sun are None and None"),
-        (SUN.replace('of = "system"', 'of = "star"'), r"forces\[0\]: of of Sun is 'star'; expected 'system'"),
+        (
+            SUN.replace('of = "system"', 'of = "star"'),
+            r"forces\[0\]: the argument 'of' of Sun is 'star'; expected 'system'",
+        ),
         (MOON.replace("[4e5, 3e3, 0]", "[4e5, 3e3]"), "positions of third body"),
         (MOON.replace("[4e5, 3e3, 0]", "[4e5, true, 0]"), r"forces\[0\]\.positions: is True; expected numbers"),
         (TIDE.replace('lag = "36 s"', ""), r"forces\[0\]\.lag: is missing; Tide needs it"),

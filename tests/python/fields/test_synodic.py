@@ -172,6 +172,25 @@ def test_pairs_that_are_none():
         fields.Synodic(system, state.replace(velocity=1.2 * state.velocity))
 
 
+def test_the_warning_tells_what_is_off_and_no_rounding():
+    """At the end of an ellipse v^2 = G M (1 + e)/r across, so that the pull is 1/(1 + e) of v^2/r; v half along r."""
+    bodies = [Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
+    system, shares = fullbody.System(bodies, G=1.0), np.array([[-0.01], [0.99]])
+
+    def told(position, velocity):
+        with pytest.warns(fullbody.InconsistentInput, match="^the bodies are not on a circular orbit") as caught:
+            fields.Synodic(system, fullbody.State(shares * position, shares * velocity))
+        return str(caught[0].message).partition("(")[2].partition(")")[0]
+
+    e = 0.25
+    turned = [np.array([np.cos(0.7), np.sin(0.7), 0.0]), np.array([-np.sin(0.7), np.cos(0.7), 0.0])]
+    pull = told(turned[0], np.sqrt(1.0 + e) * turned[1])
+    assert pull == f"their pull is off by {1.0 - 1.0 / (1.0 + e):.2g} of what keeps them at rest in the rotating frame"
+    both = told(turned[0], np.sqrt(1.0 + e) * (turned[1] + turned[0]))
+    assert both == f"{pull}, and they approach or recede at {np.sqrt(0.5):.2g} of their speed"
+    assert told(turned[0], turned[1] + turned[0]) == both.partition(", and ")[2]
+
+
 def test_pictures():
     """Each has its labels with units, and shows what it is given."""
     system, state = fullbody.systems.kw4(units=True)
