@@ -51,7 +51,9 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let g = functions(beta, s);
         let residual = (r0 * s - time) * inverse + (eta * g[2] + zeta * g[3]);
         let r = 1.0 + (eta * g[1] + zeta * g[2]);
-        if residual > 0.0 {
+        // So far out that it overflows it has the sign of s.
+        let excess = if residual.is_finite() { residual } else { s };
+        if excess > 0.0 {
             high = high.min(s)
         } else {
             low = low.max(s)
@@ -63,7 +65,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let further = (0.5 * second) * halley - residual * (r * third * (1.0 / 6.0));
         let step = -residual * both / (r * (both - residual * further));
         let danby = s + step;
-        let inside = danby > low && danby < high && danby.is_finite();
+        // A step that rounds to nothing ends at the root, which is an end of the bracket.
+        let inside = ((danby > low && danby < high) || danby == s) && danby.is_finite();
         let next = if inside {
             danby
         } else if residual == 0.0 {
@@ -71,7 +74,7 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         } else if low.is_finite() && high.is_finite() {
             0.5 * (low + high)
         } else {
-            s + 2.0 * slope.abs().copysign(-residual)
+            s + 2.0 * slope.abs().copysign(-excess)
         };
         let change = (next - s).abs();
         s = next;

@@ -104,3 +104,19 @@ def test_refused_advice():
         fullbody.SymplecticSplitting.suggest(alone, fullbody.State([[0, 0, 0]], [[0, 0, 0]]))
     with pytest.raises(fullbody.InvalidInput, match="scheme"):
         fullbody.SymplecticSplitting.suggest(points(0.7, 0.3), state, scheme="ABA")
+
+
+@pytest.mark.filterwarnings("ignore:A and B start at .* times the speed of escape")
+@pytest.mark.parametrize(
+    ("velocity", "step"), [((0.0, 10.0, 0.0), 1.0), ((0.0, 1e3, 0.0), 0.01), ((0.0, -1e3, 0.0), 0.01)]
+)
+def test_a_fast_flyby_in_one_step(velocity, step):
+    """Two spheres many distances along a hyperbola, by Verner98; Kepler's equation overflows at the first guess."""
+    bodies = [fullbody.Body(fullbody.Sphere(1e-4), mass=m, name=n) for m, n in ((0.7, "A"), (0.3, "B"))]
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], velocity])
+    run = system.integrate(state, step, integrator=fullbody.SymplecticSplitting(step, scheme="leapfrog"))
+    expected = system.integrate(state, step, integrator=fullbody.Verner98(rtol=1e-13))
+    travelled = np.linalg.norm(velocity) * step
+    np.testing.assert_allclose(run.position[-1], expected.position[-1], rtol=0, atol=1e-12 * travelled)
+    np.testing.assert_allclose(run.velocity[-1], expected.velocity[-1], rtol=0, atol=1e-12 * max(map(abs, velocity)))
