@@ -41,7 +41,7 @@ impl Jacobi {
         }
     }
 
-    /// Moves the bodies over a time; `None` where Kepler's equation has no solution in doubles.
+    /// Moves the bodies over a time; `None` where Kepler's equation is not solved in doubles.
     #[inline(always)]
     pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Option<()> {
         let n = high.position.len();

@@ -183,7 +183,7 @@ impl Splitting {
                 Ok(())
             }
             Parts::Kepler => self.jacobi.drift(size, high, low).ok_or_else(|| {
-                self.failed("Kepler's equation has no solution in doubles; use a shorter step")
+                self.failed("Kepler's equation is not solved in doubles; use a shorter step")
             }),
         }
     }
