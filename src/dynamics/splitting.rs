@@ -182,9 +182,10 @@ impl Splitting {
                 }
                 Ok(())
             }
-            Parts::Kepler => self.jacobi.drift(size, high, low).ok_or_else(|| {
-                self.failed("Kepler's equation is not solved in doubles; use a shorter step")
-            }),
+            Parts::Kepler => self
+                .jacobi
+                .drift(size, high, low)
+                .ok_or_else(|| self.failed("Kepler's equation is not solved in doubles; use a shorter step")),
         }
     }
 
