@@ -94,10 +94,12 @@ impl Function {
                 "it to be given again where the archive is loaded",
             ));
         };
-        let zeros = vec![Vec3::zeros(); bodies.len()];
+        let all = |value| vec![Vec3::from_element(value); bodies.len()];
+        let zeros = all(0.0);
         let [position, velocity, force, torque] = std::array::from_fn(|_| zeros.clone());
         Ok(Called {
             call,
+            unknown: (!self.depends_on_velocity).then(|| all(f64::NAN)),
             position,
             velocity,
             force,
@@ -115,6 +117,9 @@ impl Function {
 #[derive(Debug, Clone)]
 pub(super) struct Called {
     call: Call,
+    /// What it is shown for velocities and spins where it is said to depend on neither: not a number, so that one that does anyway
+    /// fails.
+    unknown: Option<Vec<Vec3>>,
     position: Vec<Vec3>,
     velocity: Vec<Vec3>,
     force: Vec<Vec3>,
@@ -136,6 +141,10 @@ impl Called {
             [scene.attitude.len(), scene.spin.len()] == [self.points.len(); 2],
             "one of each for every body"
         );
+        let (velocity, spin) = match &self.unknown {
+            Some(unknown) => (unknown.as_ptr().cast(), unknown.as_ptr().cast()),
+            None => (self.velocity.as_ptr().cast(), scene.spin.as_ptr().cast()),
+        };
         self.force.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
         // SAFETY: `Call::new` was promised the signature, and the arrays are as long as that says.
@@ -144,9 +153,9 @@ impl Called {
                 scene.time,
                 self.points.len() as i64,
                 self.position.as_ptr().cast(),
-                self.velocity.as_ptr().cast(),
+                velocity,
                 scene.attitude.as_ptr().cast(),
-                scene.spin.as_ptr().cast(),
+                spin,
                 self.force.as_mut_ptr().cast(),
                 self.torque.as_mut_ptr().cast(),
                 self.call.data as *mut c_void,
@@ -161,7 +170,12 @@ impl Called {
         }
         if let Some(value) = self.force.iter().chain(&self.torque).flatten().find(|value| !value.is_finite())
         {
-            return failed(format!("its function gives {value}; expected finite numbers"), None);
+            let why = if self.unknown.is_some() {
+                " (with depends_on_velocity=False it is called with nan for velocities and spins)"
+            } else {
+                ""
+            };
+            return failed(format!("its function gives {value}; expected finite numbers{why}"), None);
         }
         for (body, load) in self.loads.iter_mut().enumerate() {
             (load.force, load.torque) = (self.force[body], self.torque[body]);

@@ -65,6 +65,22 @@ impl PyState {
         Ok(Self { inner })
     }
 
+    /// Places alone: velocities and spins are not a number.
+    #[staticmethod]
+    fn of_places(
+        time: f64,
+        position: PyReadonlyArrayDyn<'_, f64>,
+        attitude: PyReadonlyArrayDyn<'_, f64>,
+    ) -> Result<Self, Error> {
+        let position = vectors("position", &position)?;
+        let zeros = vec![Vec3::zeros(); position.len()];
+        let mut inner = State::new(time, position, zeros.clone(), rows::<4>("attitude", &attitude)?, zeros)?;
+        for unknown in [&mut inner.velocity, &mut inner.spin] {
+            unknown.fill(Vec3::from_element(f64::NAN));
+        }
+        Ok(Self { inner })
+    }
+
     #[getter]
     fn time(&self) -> f64 {
         self.inner.time

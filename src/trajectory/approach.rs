@@ -264,6 +264,17 @@ impl Approach {
                 let [from, to] = [0, 1].map(|k| self.ends[j][k] - self.ends[i][k]);
                 let near = nearest(&from, &to);
                 let bend = self.bends[i] + self.bends[j];
+                if !(near - bend).is_finite() {
+                    return Err(Error::NotConverged {
+                        what: format!(
+                            "the search for a contact of {} and {} at time {}",
+                            a.name,
+                            b.name,
+                            piece.start()
+                        ),
+                        detail: "the squares of their coordinates overflow".to_owned(),
+                    });
+                }
                 if touching == 0.0 || near - bend > touching + MARGIN * near {
                     continue;
                 }

@@ -127,7 +127,7 @@ class Function(Force):
 
     def _call(self, ground: Ground) -> Call:
         compiled = _compiled(self.function, self.name)
-        return _from_python(self.function, self.name, ground) if compiled is None else compiled
+        return _from_python(self, ground) if compiled is None else compiled
 
 
 def _compiled(function: Any, name: str) -> Call | None:
@@ -167,9 +167,9 @@ def _capsule(capsule: Any, name: str) -> int:
         raise InvalidInput(f"function of {name} has {capsule!r}; expected a capsule with a pointer") from error
 
 
-def _from_python(function: Any, name: str, ground: Ground) -> Call:
+def _from_python(own: Function, ground: Ground) -> Call:
     """A way from the core into a function of Python."""
-    units, bodies = ground.units, len(ground.bodies)
+    name, units, bodies = own.name, ground.units, len(ground.bodies)
     shape = (bodies, 3)
 
     def take(pointer: Any, width: int = 3) -> Any:
@@ -186,9 +186,12 @@ def _from_python(function: Any, name: str, ground: Ground) -> Call:
         time: float, _: int, position: Any, velocity: Any, attitude: Any, spin: Any, force: Any, torque: Any, data: Any
     ) -> int:
         try:
-            arrays = (take(position).copy(), take(velocity).copy(), take(attitude, 4).copy(), take(spin).copy())
-            state = State._wrap(_core.State(time, *arrays), units, ground.names)
-            given = function(state.time, state)
+            if own.depends_on_velocity:
+                core = _core.State(time, take(position), take(velocity), take(attitude, 4), take(spin))
+            else:
+                core = _core.State.of_places(time, take(position), take(attitude, 4))
+            state = State._wrap(core, units, ground.names)
+            given = own.function(state.time, state)
             if isinstance(given, tuple) and len(given) != 2:
                 raise InvalidInput(f"{name} gives {len(given)} things; expected forces, or (forces, torques)")
             forces, torques = given if isinstance(given, tuple) else (given, None)

@@ -314,3 +314,31 @@ def test_forces_beyond_all_measure_end_in_an_error(force):
     with pytest.raises(fullbody.FullbodyError) as caught:
         SYSTEM.with_forces([force]).integrate(STATE, 1.0)
     assert np.isfinite(caught.value.run.position).all()
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        fullbody.SymplecticSplitting(step=0.02),
+        fullbody.SymplecticSplitting(step=0.02, scheme="leapfrog"),
+        fullbody.LieGroupVariational(step=0.02),
+        fullbody.Verner98(),
+    ],
+    ids=["splitting", "leapfrog", "variational", "verner98"],
+)
+@pytest.mark.parametrize("size", [1e160, 1e300])
+def test_functions_beyond_all_measure_end_in_an_error(integrator, size):
+    """Also with fixed steps: the search for a contact has squares that overflow, and would have no end."""
+    huge = Function(lambda time, state: np.full((2, 3), size), name="huge", depends_on_velocity=False)
+    with pytest.raises(fullbody.FullbodyError) as caught:
+        SYSTEM.with_forces([huge]).integrate(STATE, 1.0, integrator=integrator)
+    assert not isinstance(caught.value, fullbody.Interrupted)
+    assert np.isfinite(caught.value.run.position).all()
+
+
+@pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
+@pytest.mark.parametrize("quantity", ["velocity", "spin"])
+def test_a_function_that_depends_on_velocities_after_all(integrator, quantity):
+    own = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
+    with pytest.raises(fullbody.ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
+        SYSTEM.with_forces([own]).integrate(STATE, 1.0, integrator=integrator)
