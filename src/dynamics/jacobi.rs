@@ -41,9 +41,9 @@ impl Jacobi {
         }
     }
 
-    /// Moves the bodies over a time; `None` where Kepler's equation is not solved in doubles.
+    /// Moves the bodies over a time; an error is the body for which Kepler's equation is not solved in doubles.
     #[inline(always)]
-    pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Option<()> {
+    pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Result<(), usize> {
         let n = high.position.len();
         let (mu, shares, changes) = (&self.mu[..n], &self.shares[..n], &mut self.changes[..n]);
         let mut centre = Centre { high: high.position[0], low: low.position[0] };
@@ -51,7 +51,7 @@ impl Jacobi {
         for body in 1..n {
             let position = centre.to(&high.position[body], &low.position[body]);
             let velocity = moving.to(&high.velocity[body], &low.velocity[body]);
-            let change = kepler_change(&position, &velocity, mu[body], time)?;
+            let change = kepler_change(&position, &velocity, mu[body], time).ok_or(body)?;
             // Number by number: what is copied as a whole has to wait until it is in memory.
             for c in 0..3 {
                 changes[body].position[c] = change.position[c];
@@ -70,7 +70,7 @@ impl Jacobi {
             add_each(&mut high.position[body], &mut low.position[body], 1.0, &position.into());
             add_each(&mut high.velocity[body], &mut low.velocity[body], 1.0, &velocity.into());
         }
-        Some(())
+        Ok(())
     }
 
     /// A body's acceleration by the motion at the end of the last drift. Bodies are taken from the last one to the first, with a

@@ -174,7 +174,7 @@ impl Splitting {
 
     /// Moves the bodies without forces, or on Kepler's orbits.
     #[inline(always)]
-    fn orbits(&mut self, size: f64, high: &mut Blocks, low: &mut Blocks) -> Result<()> {
+    fn orbits(&mut self, dynamics: &Dynamics, size: f64, high: &mut Blocks, low: &mut Blocks) -> Result<()> {
         match self.parts {
             Parts::Free => {
                 for body in 0..high.position.len() {
@@ -182,10 +182,7 @@ impl Splitting {
                 }
                 Ok(())
             }
-            Parts::Kepler => self
-                .jacobi
-                .drift(size, high, low)
-                .ok_or_else(|| self.failed("Kepler's equation is not solved in doubles; use a shorter step")),
+            Parts::Kepler => self.jacobi.drift(size, high, low).map_err(|body| self.unsolved(dynamics, body)),
         }
     }
 
@@ -326,6 +323,16 @@ impl Splitting {
         Error::NotConverged { what, detail: detail.to_owned() }
     }
 
+    /// The error that a body's Kepler motion cannot be had.
+    #[cold]
+    fn unsolved(&self, dynamics: &Dynamics, body: usize) -> Error {
+        let name = &dynamics.system().bodies()[body].name;
+        self.failed(&format!(
+            "the Kepler motion of {name} about the barycentre of the bodies before it is not solved in doubles; use a shorter step, or \
+             another order of the bodies"
+        ))
+    }
+
     /// The error that a body turns too far in this step, with the step in which it would not.
     #[cold]
     fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
@@ -370,7 +377,7 @@ impl WithSimd for Drift<'_, '_> {
         let n = layout.bodies;
         // The turns are added last: what is read as a whole has to wait until all its parts are in memory.
         splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), patience)?;
-        splitting.orbits(size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
+        splitting.orbits(dynamics, size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
         let turned = layout.attitude(0)..layout.departure();
         add_all(simd, &mut high[turned.clone()], &mut low[turned], 1.0, &splitting.change);
         Ok(())

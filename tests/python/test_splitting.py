@@ -120,3 +120,23 @@ def test_a_fast_flyby_in_one_step(velocity, step):
     travelled = np.linalg.norm(velocity) * step
     np.testing.assert_allclose(run.position[-1], expected.position[-1], rtol=0, atol=1e-12 * travelled)
     np.testing.assert_allclose(run.velocity[-1], expected.velocity[-1], rtol=0, atol=1e-12 * max(map(abs, velocity)))
+
+
+def test_a_body_at_the_barycentre_of_those_before_it():
+    """It has no Kepler motion about it. In another order of the bodies the run is that of Verner98."""
+    places, velocities = (
+        np.array([[-1.0, 0, 0], [1.0, 0, 0], [0, 0, 0]]),
+        np.array([[0, -1.0, 0], [0, 1.0, 0], [0, 0, 0]]),
+    )
+
+    def start(order):
+        bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name="ABC"[k]) for k in order]
+        return fullbody.System(bodies, G=1.0), fullbody.State(places[order], velocities[order])
+
+    splitting = fullbody.SymplecticSplitting(step=1e-3)
+    system, state = start([0, 1, 2])
+    with pytest.raises(fullbody.NotConverged, match=r"motion of C about the barycentre .*another order of the bodies"):
+        system.integrate(state, 0.1, integrator=splitting)
+    system, state = start([2, 0, 1])
+    run, expected = (system.integrate(state, 0.1, integrator=i) for i in (splitting, fullbody.Verner98()))
+    np.testing.assert_allclose(run.position[-1], expected.position[-1], rtol=0, atol=1e-11)
