@@ -7,6 +7,9 @@ use crate::math::Vec3;
 /// The largest number of a particle's start. The search for contact takes fourth powers, which stay doubles on the way.
 const LARGEST: f64 = 1e60;
 
+/// A particle with larger numbers is lost: fourth powers overflow soon.
+pub(super) const BEYOND: f64 = 1e75;
+
 /// What has become of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fate {
@@ -19,7 +22,7 @@ pub enum Fate {
     Escape,
     /// It lies on a body.
     Rest,
-    /// Its motion cannot be followed: it has come too near to a point mass.
+    /// Its motion cannot be followed: it has come too near to a point mass, or has gone so far that powers of the distance overflow.
     Lost,
 }
 

@@ -4,7 +4,7 @@
 //! one of the batch. Since lanes do not depend on each other, neither do results on how particles are batched.
 
 use super::course::COLUMNS;
-use super::fate::{End, Fate, Particle, Place, Rules};
+use super::fate::{BEYOND, End, Fate, Particle, Place, Rules};
 use super::outside::Outside;
 use super::stage::{Stages, World};
 use super::surface::{Meeting, Surface, motion_at};
@@ -157,9 +157,14 @@ impl<'a, 'b> Batch<'a, 'b> {
                 }
                 continue;
             }
-            accepted[lane] = true;
             let x = Vec3::from([0, 1, 2].map(|c| high[c][lane]));
             let v = Vec3::from([3, 4, 5].map(|c| high[c][lane]));
+            if x.amax().max(v.amax()) > BEYOND {
+                self.lose(index, lane);
+                lanes[lane] = None;
+                continue;
+            }
+            accepted[lane] = true;
             let escaping = rules.escape.is_some_and(|escape| escape.value(self.flying.mu, &x, &v) > 0.0);
             inside[lane] = escaping
                 || !self.flying.watches.is_empty()
@@ -239,10 +244,16 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
         particle.next = size * particle.controller.rejected(error, tableau.error_order);
         if particle.next <= 4.0 * f64::EPSILON * time.abs() || particle.next <= f64::MIN_POSITIVE {
-            particle.end = End { fate: Fate::Lost, time, ..End::default() };
-            particle.place = Place::Gone;
+            self.lose(index, lane);
         }
         false
+    }
+
+    /// Ends a flight that cannot be followed, at the beginning of the step.
+    fn lose(&mut self, index: usize, lane: usize) {
+        let particle = &mut self.particles[index];
+        particle.end = End { fate: Fate::Lost, time: self.stages.time[lane], ..End::default() };
+        particle.place = Place::Gone;
     }
 
     /// Whether a particle cannot have met a body in its step.

@@ -64,7 +64,8 @@ class Flight(Tabled):
         Inertial. Particles that lie on a body move with it.
     fate : ndarray of str, (P,)
         ``"flying"`` at the end; ``"impact"`` on a body; ``"escape"``; ``"rest"`` on a body; ``"lost"``, where a
-        particle comes so near to a point mass that its steps no longer advance the time.
+        particle comes so near to a point mass that its steps no longer advance the time, or gets farther away or
+        faster than 1e75 of the system's units.
     fate_time : ndarray or Quantity, (P,)
         When that happened; NaN of those that fly.
     fate_body : ndarray of int, (P,)

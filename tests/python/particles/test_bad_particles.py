@@ -70,6 +70,15 @@ def test_the_largest_numbers_are_flown(position, speed):
     assert (flight.position[:, 0] == system.fly(state, ONE, 1.0, output=0.5).position[:, 0]).all()
 
 
+@pytest.mark.parametrize("until", [1e150, 1e300])
+def test_a_particle_that_goes_beyond_all_measure_is_lost(until):
+    """Fourth powers of its distance overflow, and the search for its contact would have no end."""
+    system = fullbody.System([fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1e-6, name="A")], G=1.0)
+    flight = system.fly(fullbody.State([[0, 0, 0]], [[0, 0, 0]]), Particles([[4.0, 0, 0]], [[0, 0, 1e60]]), until)
+    assert flight.fate.tolist() == ["lost"]
+    assert 0.0 <= flight.fate_time[0] < 1e15
+
+
 def test_a_particle_that_passes_a_body_in_less_than_the_time_rounds(run):
     """The search for its contact ends, with a straight line or an impact; places round at 1e44 there."""
     head_on = Particles([[1e60, 0.0, 0.0]], [[-1e60, 0.0, 0.0]])
