@@ -1,7 +1,7 @@
 //! Steps of one size by a composition of flows.
 
 use super::composition::{Composition, Flows};
-use super::stepper::{Memory, Statistics};
+use super::memory::{Memory, Statistics};
 use crate::error::{Error, Result};
 use crate::math::compensated::Compensated;
 use crate::patience::Patience;

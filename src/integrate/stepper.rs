@@ -1,117 +1,17 @@
 //! One integration: takes adaptive steps, keeps what rounding drops, interpolates.
 
+mod start;
+
 use super::control::{Controller, Tolerance};
+use super::equations::{Equations, Unmade, evaluate};
+use super::memory::{Memory, Statistics};
 use super::segment::Segment;
+use super::step::Step;
 use super::tableau::Tableau;
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Error, Result};
 use crate::math::compensated::Compensated;
-use crate::math::rows::{
-    Advance, InOnePart, InTwoParts, LargestChanges, Sums, Term, WeightedRows, stride, whole,
-};
+use crate::math::rows::{Advance, InOnePart, InTwoParts, Sums, Term, WeightedRows, stride, whole};
 use crate::patience::Patience;
-use pulp::Arch;
-use serde::{Deserialize, Serialize};
-use std::ops::Range;
-
-/// What an integrator needs to know of its equations.
-pub trait Equations {
-    /// The instructions to sum stages with.
-    fn arch(&self) -> Arch {
-        Arch::default()
-    }
-
-    /// Parts in which the rates of change are evaluated, so that the caller can be asked between them.
-    fn parts(&self) -> usize {
-        1
-    }
-
-    /// Units of work of a part, for [`Patience`].
-    fn work(&self) -> u64 {
-        1
-    }
-
-    /// Called between steps, before a step of size `step` from an accepted vector. May allocate.
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
-
-    /// A part of the evaluation of the rates of change at a trial vector; the last part leaves them in `rate`. `Err` says why
-    /// they cannot be had there, and whether to try the step shorter.
-    fn derivative(
-        &mut self,
-        part: usize,
-        time: f64,
-        y: &[f64],
-        rate: &mut [f64],
-    ) -> std::result::Result<(), Refusal>;
-
-    /// How many numbers of the vector, its first ones, the rates of change depend on. The others are quadratures.
-    fn dependent(&self, dimension: usize) -> usize {
-        dimension
-    }
-
-    /// Leaves the rates of the quadratures at the time and the vector of the last evaluation in `rate`. Called only where they count.
-    fn quadratures(&mut self, _time: f64, _y: &[f64], _rate: &mut [f64]) {}
-
-    /// Size of a difference `v` at `y` in units of the tolerance.
-    fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
-
-    /// Brings an accepted vector back onto its constraints.
-    fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
-}
-
-/// Counts of an integration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Statistics {
-    /// Accepted steps.
-    pub steps: u64,
-    /// Attempts that were rejected.
-    pub rejected: u64,
-    /// Evaluations of the rates of change.
-    pub evaluations: u64,
-}
-
-/// An accepted step by its ends and stages.
-#[derive(Debug, Clone, Copy)]
-pub struct Step<'a> {
-    tableau: &'static Tableau,
-    /// The vector at its start.
-    pub start: &'a [f64],
-    /// The vector at its end.
-    pub end: &'a [f64],
-    /// The time of its start.
-    pub time: f64,
-    /// Its size, negative for a run backwards.
-    pub size: f64,
-    rates: &'a [f64],
-}
-
-impl Step<'_> {
-    /// The rates of change at the step's start.
-    pub fn first_rates(&self) -> &[f64] {
-        &self.rates[..self.start.len()]
-    }
-
-    /// The tableau that it was made by.
-    pub fn tableau(&self) -> &'static Tableau {
-        self.tableau
-    }
-
-    /// By how much the rates of change of a range of numbers differ from the first ones at most, at the pair's own stages. `out` has
-    /// the [`Self::stride`] as its length, and what it holds elsewhere means nothing.
-    pub fn changes(&self, arch: Arch, range: Range<usize>, out: &mut [f64]) {
-        let rows = &self.rates[..self.tableau.stages * self.stride()];
-        arch.dispatch(LargestChanges { rows, range, out });
-    }
-
-    /// Length of the rows that the rates are kept in.
-    pub fn stride(&self) -> usize {
-        stride(self.start.len())
-    }
-
-    /// The tableau's [`Tableau::spread`].
-    pub fn spread(&self) -> [f64; 2] {
-        self.tableau.spread
-    }
-}
 
 /// The state of an integration. Numbers only: two steppers that are equal go on equally.
 #[derive(Debug, Clone)]
@@ -148,25 +48,6 @@ pub struct Stepper {
     formed: bool,
 }
 
-/// Everything that decides how an integration goes on; the layout belongs to the archive's version.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    /// Time and what rounding dropped of it.
-    pub time: [f64; 2],
-    /// Vector.
-    pub high: Vec<f64>,
-    /// What rounding dropped of it.
-    pub low: Vec<f64>,
-    /// Size planned for the next step; zero before the first.
-    pub next: f64,
-    /// Error of the last accepted step.
-    pub previous_error: f64,
-    /// Whether the last attempt failed.
-    pub after_rejection: bool,
-    /// Counts.
-    pub statistics: Statistics,
-}
-
 impl Stepper {
     /// At a time and a vector `high` + `low`.
     pub fn new(
@@ -186,8 +67,8 @@ impl Stepper {
             controller: Controller::new(),
             before: (0.0, Controller::new()),
             statistics: Statistics::default(),
-            terms: terms(tableau),
-            counts: counts(tableau),
+            terms: tableau.terms(),
+            counts: tableau.counts(),
             stages: vec![0.0; all_stages * stride(dimension)],
             fresh: false,
             from: [vec![0.0; stride(dimension)], vec![0.0; stride(dimension)]],
@@ -492,96 +373,6 @@ impl Stepper {
         self.fresh = false;
         self.statistics.steps += 1;
     }
-
-    /// The starting step of Hairer, Norsett & Wanner, section II.4.
-    fn first_step(
-        &mut self,
-        equations: &mut impl Equations,
-        direction: f64,
-        end: f64,
-        patience: &mut Patience,
-    ) -> Result<f64> {
-        let dimension = self.high.len();
-        let remaining = (end - self.time()).abs();
-        let time = self.time();
-        equations.prepare(time, &self.high, 0.0, patience)?;
-        let failed = |reason: &str| Error::StepSizeTooSmall { time, step: 0.0, reason: reason.to_owned() };
-        let unit = Tolerance { relative: 1.0, absolute: 0.0 };
-        let (first, rest) = self.stages.split_at_mut(stride(dimension));
-        let first = &mut first[..dimension];
-        evaluate(equations, time, &self.high, first, true, patience)
-            .map_err(|unmade| unmade.error(failed))?;
-        self.statistics.evaluations += 2;
-        // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
-        let rate = equations.norm(&self.high, first, &unit);
-        let guess = if rate > 0.0 { 0.01 / rate } else { remaining };
-        let guess = guess.min(remaining);
-        for (t, (y, k)) in self.trial.iter_mut().zip(self.high.iter().zip(first.iter())) {
-            *t = y + direction * guess * k;
-        }
-        let second = &mut rest[..dimension];
-        let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
-        let curvature = match evaluate(equations, at, trial, second, false, patience) {
-            Err(Unmade::Ended(error)) => return Err(error),
-            Err(Unmade::Refused(_)) => f64::INFINITY,
-            Ok(()) => {
-                second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
-                equations.norm(&self.high, second, &unit)
-            }
-        };
-        self.fresh = true;
-        let exponent = 1.0 / f64::from(self.tableau.error_order + 1);
-        let tolerance = self.tolerance.relative + self.tolerance.absolute;
-        let scale = (curvature.sqrt()).max(rate);
-        let step = if scale > 0.0 { (0.01 * tolerance).powf(exponent) * 10.0 / scale } else { remaining };
-        Ok(direction * step.min(100.0 * guess).min(remaining).max(f64::MIN_POSITIVE))
-    }
-}
-
-/// Why an evaluation or an attempt was not made to its end.
-enum Unmade {
-    /// The equations refuse; a shorter step may do.
-    Refused(&'static str),
-    /// The caller does not want to go on, or the equations cannot.
-    Ended(Error),
-}
-
-impl From<Refusal> for Unmade {
-    fn from(refusal: Refusal) -> Self {
-        match refusal {
-            Refusal::Shorter(reason) => Self::Refused(reason),
-            Refusal::Failed(error) => Self::Ended(*error),
-        }
-    }
-}
-
-impl Unmade {
-    /// The error that ends the integration, made from the reason of a refusal.
-    fn error(self, of: impl FnOnce(&str) -> Error) -> Error {
-        match self {
-            Self::Refused(reason) => of(reason),
-            Self::Ended(error) => error,
-        }
-    }
-}
-
-/// The rates of change at a trial vector, with those of the quadratures where the stage counts.
-fn evaluate(
-    equations: &mut impl Equations,
-    time: f64,
-    y: &[f64],
-    rate: &mut [f64],
-    counts: bool,
-    patience: &mut Patience,
-) -> std::result::Result<(), Unmade> {
-    for part in 0..equations.parts() {
-        patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
-        equations.derivative(part, time, y, rate)?;
-    }
-    if counts {
-        equations.quadratures(time, y, rate);
-    }
-    Ok(())
 }
 
 /// A step from a vector along the rates of stages, of its first numbers.
@@ -594,23 +385,4 @@ fn advance<'a>(
 ) -> Advance<'a> {
     let rows = WeightedRows { terms, rows: rates, stride: from[0].len() };
     Advance { rows, from: [&from[0][..numbers], &from[1][..numbers]], size }
-}
-
-fn counts(tableau: &Tableau) -> Vec<bool> {
-    let weighted = |stage: usize| {
-        let within = tableau.interpolant.weights.get(stage).is_some_and(|row| row.iter().any(|w| *w != 0.0));
-        within || tableau.b.get(stage).is_some_and(|b| *b != 0.0)
-    };
-    (0..tableau.a.len()).map(weighted).collect()
-}
-
-fn terms(tableau: &Tableau) -> Vec<Vec<Term>> {
-    let nonzero = |weights: &[f64], low: &[f64]| {
-        let term =
-            |(row, &weight): (usize, &f64)| Term { row, weight, low: low.get(row).copied().unwrap_or(0.0) };
-        weights.iter().enumerate().map(term).filter(|term| term.weight != 0.0).collect()
-    };
-    let low = |stage: usize| tableau.a_low.get(stage).copied().unwrap_or(&[]);
-    let stages = tableau.a.iter().enumerate().map(|(stage, row)| nonzero(row, low(stage)));
-    stages.chain([nonzero(tableau.b, tableau.b_low)]).collect()
 }

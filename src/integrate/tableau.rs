@@ -1,5 +1,7 @@
 //! A Runge-Kutta pair as data.
 
+use crate::math::rows::Term;
+
 /// Coefficients of an explicit embedded pair.
 #[derive(Debug)]
 pub struct Tableau {
@@ -35,6 +37,32 @@ pub struct Tableau {
     /// interpolant is x + theta h v + h^2 sum_j D_j(theta) a_j with D_j = sum_i b_i(theta) a_ij, and the two numbers are the largest
     /// sums of |D_j(theta) - theta D_j(1)| over the stages of either kind; the same of the stages' own places.
     pub spread: [f64; 2],
+}
+
+impl Tableau {
+    /// The non-zero weights of every stage, and at the end those of the solution.
+    pub(super) fn terms(&self) -> Vec<Vec<Term>> {
+        let nonzero = |weights: &[f64], low: &[f64]| {
+            let term = |(row, &weight): (usize, &f64)| Term {
+                row,
+                weight,
+                low: low.get(row).copied().unwrap_or(0.0),
+            };
+            weights.iter().enumerate().map(term).filter(|term| term.weight != 0.0).collect()
+        };
+        let low = |stage: usize| self.a_low.get(stage).copied().unwrap_or(&[]);
+        let stages = self.a.iter().enumerate().map(|(stage, row)| nonzero(row, low(stage)));
+        stages.chain([nonzero(self.b, self.b_low)]).collect()
+    }
+
+    /// Of every stage whether it has a weight in the solution or in its interpolant.
+    pub(super) fn counts(&self) -> Vec<bool> {
+        let weighted = |stage: usize| {
+            let within = self.interpolant.weights.get(stage).is_some_and(|row| row.iter().any(|w| *w != 0.0));
+            within || self.b.get(stage).is_some_and(|b| *b != 0.0)
+        };
+        (0..self.a.len()).map(weighted).collect()
+    }
 }
 
 /// Continuous extension: y(t + theta h) = y + h sum_i b_i(theta) k_i.
