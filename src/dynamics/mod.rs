@@ -5,6 +5,7 @@
 //! quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to `eq:DiffEq_psi`) for the attitudes.
 
 mod actions;
+mod at_a_state;
 mod collocation;
 mod departure;
 mod discrete_rotor;
@@ -19,6 +20,7 @@ mod products;
 mod quadrature;
 mod rejected;
 mod rotor;
+mod rules;
 mod split_variations;
 mod splitting;
 mod state;
@@ -28,6 +30,7 @@ mod tops;
 mod variations;
 mod vector;
 
+pub use at_a_state::BodyInteraction;
 pub use collocation::Collocation;
 pub use departure::DEPARTURE;
 pub use discrete_rotor::variational_rotation;
@@ -40,6 +43,6 @@ pub use quadrature::{Quadrature, QuadratureRule};
 pub use rejected::Rejected;
 pub use splitting::{Parts, Splitting};
 pub use state::State;
-pub use system::{BodyInteraction, Settings, System};
+pub use system::{Settings, System};
 pub use tops::{FARTHEST, Top, farthest_turn};
 pub use variations::Variations;

@@ -9,10 +9,12 @@
 //! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
 //! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
 
+mod failures;
+
 use super::discrete_rotor::variational_rotation;
 use super::jacobi::Jacobi;
 use super::layout::{Blocks, vector};
-use super::tops::{Bodies, FARTHEST, Tops, farthest_turn};
+use super::tops::{Bodies, FARTHEST, Tops};
 use super::{AttitudeChart, Dynamics, Rejected};
 use crate::environment::BOOK;
 use crate::error::{Error, Result};
@@ -295,65 +297,6 @@ impl Splitting {
         }
         // Otherwise one of them is infinite or not a number.
         self.loaded = sum == 0.0;
-    }
-
-    /// That the forces cannot be had within the step.
-    #[cold]
-    fn refused(&self, dynamics: &Dynamics, rejected: Rejected) -> Error {
-        let reason = match rejected {
-            Rejected::TooClose { bodies, separation, valid_from } => {
-                let [first, second] = bodies.map(|body| {
-                    let body = &dynamics.system().bodies()[body];
-                    if body.is_composite() { format!("a part of {}", body.name) } else { body.name.clone() }
-                });
-                format!(
-                    "{first} and {second} come to a separation of {separation:.6e} in it, where the quadrature of their \
-                     forces was chosen for {valid_from:.6e} and more"
-                )
-            }
-            Rejected::Failed(error) => return *error,
-            other => other.reason().to_owned(),
-        };
-        self.failed(&format!("{reason}; use a shorter step"))
-    }
-
-    #[cold]
-    fn failed(&self, detail: &str) -> Error {
-        let what = format!("a step of size {:e} at time {}", self.step, self.time);
-        Error::NotConverged { what, detail: detail.to_owned() }
-    }
-
-    /// The error that a body's Kepler motion cannot be had.
-    #[cold]
-    fn unsolved(&self, dynamics: &Dynamics, body: usize) -> Error {
-        let name = &dynamics.system().bodies()[body].name;
-        self.failed(&format!(
-            "the Kepler motion of {name} about the barycentre of the bodies before it is not solved in doubles; use a shorter step, or \
-             another order of the bodies"
-        ))
-    }
-
-    /// The error that a body turns too far in this step, with the step in which it would not.
-    #[cold]
-    fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
-        let name = &dynamics.system().bodies()[body].name;
-        let (inertia, step) = (self.inertia[body], self.step.abs());
-        let (angle, shorter, limit) = match self.parts {
-            Parts::Kepler => {
-                let angle = farthest_turn(inertia, spin, step);
-                (angle, 0.99 * step * FARTHEST / angle, format!("expected {FARTHEST} rad at most"))
-            }
-            Parts::Free => {
-                let follows =
-                    |step: &f64| variational_rotation(inertia, [1.0, 0.0, 0.0, 0.0], spin, *step).is_some();
-                let shorter =
-                    (1..1000).map(|k| 0.99 * step * 0.5_f64.powi(k)).find(follows).unwrap_or_default();
-                (spin.norm() * step, shorter, "the discrete rotation has no solution there".to_owned())
-            }
-        };
-        self.failed(&format!(
-            "{name} turns by {angle:.3e} rad in it; {limit}; use a step of at most {shorter:.3e}"
-        ))
     }
 }
 
