@@ -10,6 +10,9 @@ use crate::math::stumpff::{REACH, stumpff};
 use pulp::Scalar;
 use std::f64::consts::TAU;
 
+/// Iterations after which every other one halves the bracket.
+const QUICK: u32 = 16;
+
 /// What a time on an orbit changes.
 #[derive(Debug, Clone, Copy)]
 pub struct KeplerChange {
@@ -38,16 +41,16 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         time %= TAU * mu / (beta * beta.sqrt());
     }
     // Kepler's equation in units of the distance at the start: s + eta0 G2 + zeta0 G3 = t/r0 rises with s, since its derivative is the
-    // distance.
+    // distance, and is zero with t.
     let (eta0, zeta) = (position.dot(velocity), square - pull);
     let eta = eta0 * inverse;
-    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut low, mut high) = if time > 0.0 { (0.0, f64::INFINITY) } else { (f64::NEG_INFINITY, 0.0) };
     let slope = time * inverse;
     // The first three terms of its inverse.
     let (a, b) = (0.5 * eta * slope, zeta * (slope * slope) * (1.0 / 6.0));
     let mut s = slope * (1.0 - a + (2.0 * a * a - b)).clamp(0.5, 1.5);
     let mut last_change = f64::INFINITY;
-    for _ in 0..200 {
+    for trial in 0..200 {
         let g = functions(beta, s);
         let residual = (r0 * s - time) * inverse + (eta * g[2] + zeta * g[3]);
         let r = 1.0 + (eta * g[1] + zeta * g[2]);
@@ -63,14 +66,23 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let halley = r * r - residual * (0.5 * second);
         let both = halley * halley;
         let further = (0.5 * second) * halley - residual * (r * third * (1.0 / 6.0));
-        let step = -residual * both / (r * (both - residual * further));
+        let less = both - residual * further;
+        let over = r * less;
+        let step = -residual * both / over;
         let danby = s + step;
-        // A step that rounds to nothing ends at the root, which is an end of the bracket.
-        let inside = ((danby > low && danby < high) || danby == s) && danby.is_finite();
+        let within = |next: f64| next > low && next < high;
+        // Where `halley` vanishes, or doubles overflow, the step does too, beside Newton's, and is no sign of a root.
+        let sound = 10.0 * both >= less.abs() && over.is_finite();
+        // Far out on a hyperbola, where the equation is exponential, halving the bracket is quicker than any power. A step that rounds
+        // to nothing ends at the root, which is an end of the bracket.
+        let inside = (within(danby) || danby == s) && sound && (trial < QUICK || trial % 2 == 0);
+        let newton = s - residual / r;
         let next = if inside {
             danby
         } else if residual == 0.0 {
             s
+        } else if trial < QUICK && within(newton) {
+            newton
         } else if low.is_finite() && high.is_finite() {
             0.5 * (low + high)
         } else {

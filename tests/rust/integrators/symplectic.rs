@@ -246,6 +246,35 @@ fn kepler_motion() {
     assert_eq!(change.acceleration, -2.0 * Vec3::x());
 }
 
+/// Long ways along eccentric orbits and past the focus of hyperbolas, against the elements. Energy and angular momentum tell nothing
+/// here: they are those of any place on the orbit.
+#[test]
+fn kepler_motion_past_the_periapsis() {
+    use fullbody::orbit::KeplerElements;
+    let mu = 1.3;
+    let mut worst = 0.0_f64;
+    for (a, e) in [(2.3, 0.5), (2.3, 0.89), (2.3, 0.97), (-1.5, 1.2), (-0.2, 2.0), (-0.01, 3.0)] {
+        let elements = |m| KeplerElements::new(a, e, 0.4, 0.5, 0.6, m).unwrap();
+        let rate = (mu / f64::abs(a * a * a)).sqrt();
+        // In terms of the mean anomaly: all of an ellipse, and hyperbolas to some hundred times their nearest distance.
+        let reach = if a > 0.0 { 3.0 } else { 100.0 * e };
+        for start in -10..=10 {
+            for way in -20..=20 {
+                let (from, by) = (reach * f64::from(start) / 10.0, reach * f64::from(way) / 10.0);
+                let (r, v) = elements(from).to_cartesian(mu).unwrap();
+                let (x, u) = elements(from + by).to_cartesian(mu).unwrap();
+                let change = kepler_change(&r, &v, mu, by / rate).unwrap();
+                let nearest = f64::abs(a) * (e - 1.0).abs();
+                let scale = (x.norm() + r.norm()) * (x.norm() + r.norm()) / nearest;
+                worst = worst.max((r + change.position - x).norm() / scale);
+                worst = worst.max((v + change.velocity - u).norm() / (v.norm() + u.norm()) * nearest / scale);
+            }
+        }
+    }
+    println!("Kepler motion past the periapsis: {worst:.1e}");
+    assert!(worst < 1e-13);
+}
+
 fn splitting(step: f64, scheme: Scheme) -> Integrator {
     Integrator::SymplecticSplitting { step, scheme }
 }
