@@ -37,7 +37,8 @@ impl Parameter {
         let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
         for (k, body) in bodies.iter().enumerate() {
             all.push((format!("mass of {}", body.name), Self::Mass(k)));
-            if body.volume() > 0.0 {
+            // The parts of a composite may overlap, and have densities of their own.
+            if body.volume() > 0.0 && !body.is_composite() {
                 all.push((format!("density of {}", body.name), Self::Density(k, body.volume())));
             }
             if let [Part { shape: Shape::Ellipsoid(_), place: None, .. }] = body.parts() {

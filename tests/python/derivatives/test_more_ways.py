@@ -3,8 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import energy_gradient, momentum_gradients, rates, scales, symplectic_form, tumbling
-from support import worst
+from flows import cross, energy_gradient, momentum_gradients, rates, scales, symplectic_form, tumbling
+from scipy.linalg import expm
+from support import pair_of_points, worst
 from test_transition import TIGHT, central, central_of_state, departed, departure
 
 STEPS = [
@@ -82,6 +83,26 @@ def test_fixed_steps_have_their_own_tangent_map(integrator):
     for name, which in zip(wanted, ("G", "mass", "axis"), strict=True):
         change = central(lambda by, which=which: other(by, **{which: 1.0}), 1e-4)
         assert worst(run.sensitivity[name][1] / size, change / size) < 1e-9
+
+
+@pytest.mark.parametrize("integrator", [*STEPS, TIGHT], ids=["lie", "aba864", "leapfrog", "verner98"])
+def test_points_turn_evenly(integrator):
+    # d theta/dt = dspin - spin x theta and d spin/dt = 0 have constant coefficients: the exponential of their matrix.
+    system, state = pair_of_points(0.3)
+    spin = np.array([[0.4, -0.2, 0.3], [-1.1, 0.7, 0.5]])
+    state = fullbody.State(state.position, state.velocity, state.attitude, spin)
+    run = system.integrate(state, 2.0, output="ends", integrator=integrator, derivatives=True)
+    for k in range(2):
+        rates = np.block([[-cross(spin[k]), np.eye(3)], [np.zeros((3, 6))]])
+        turning = slice(12 * k + 6, 12 * k + 12)
+        assert worst(run.transition[1][turning, turning], expm(2.0 * rates)) < 1e-13
+
+
+def test_composites_have_no_density_to_differentiate_by():
+    first, second = (fullbody.Part(fullbody.Sphere(0.3), mass=m, position=[x, 0, 0]) for m, x in ((1, -0.2), (2, 0.1)))
+    body = fullbody.Body(fullbody.Composite([first, second]), name="A")
+    assert body.density is None
+    assert fullbody.System([body], G=1.0).parameters == ("G", "mass of A")
 
 
 def outside():
