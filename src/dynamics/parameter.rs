@@ -93,7 +93,7 @@ impl Parameter {
     }
 
     /// The body and its semi-axis that it is.
-    pub(super) fn semi_axis(self) -> Option<(usize, usize)> {
+    pub fn semi_axis(self) -> Option<(usize, usize)> {
         match self {
             Self::SemiAxis(body, axis) => Some((body, axis)),
             _ => None,
@@ -136,7 +136,7 @@ impl Parameter {
     }
 
     /// Derivative of a body's mass.
-    pub(super) fn of_mass(self, body: usize) -> f64 {
+    pub fn of_mass(self, body: usize) -> f64 {
         match self {
             Self::Mass(k) if k == body => 1.0,
             Self::Density(k, volume) if k == body => volume,

@@ -209,3 +209,33 @@ def test_times_of_events(event):
         change = (4 * states[0] - states[1]) / 3
         assert worst(end.transition[:, column] / size, change / size) < 1e-7
     assert end.time_sensitivity.keys() == {"mass of B"}
+
+
+@pytest.mark.parametrize(
+    ("event", "velocity", "name"),
+    [
+        (fullbody.events.Contact("A", "B", terminal=True), [-0.15, 0.105, 0.1], "semi-axis a of B"),
+        (fullbody.events.Escape("A", "B", distance=0.1, terminal=True), [0.1, 0.93, 0.1], "mass of A"),
+        (fullbody.events.Escape("A", "B", distance=0.1, terminal=True), [0.1, 0.93, 0.1], "G"),
+        (fullbody.events.Escape("A", "B", distance=8.0, terminal=True), [0.9, 0.7, 0.1], "G"),
+    ],
+    ids=["contact", "bound no more", "bound no more, by G", "far"],
+)
+def test_functions_of_events_that_know_the_parameter(event, velocity, name):
+    _, state = tumbling()
+    state = state.replace(velocity=[state.velocity[0], velocity])
+
+    def ended(by, names=()):
+        more = {"mass of A": 0.0, "semi-axis a of B": 0.0, "G": 0.0, name: by}
+        first = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass=1.0 + more["mass of A"], name="A")
+        second = fullbody.Body(fullbody.Ellipsoid(0.4 + more["semi-axis a of B"], 0.7, 0.5), mass=0.4, name="B")
+        changed = fullbody.System([first, second], G=1.0 + more["G"])
+        return changed.integrate(state, 30.0, integrator=TIGHT, events=[event], output="ends", derivatives=names)
+
+    run = ended(0.0, [name])
+    assert run.stop_reason == "event"
+    end = run.at_last_event()
+    one, two = (float(ended(h).time[-1] - ended(-h).time[-1]) / (2 * h) for h in (1e-5, 2e-5))
+    assert worst(end.time_sensitivity[name], (4 * one - two) / 3) < 1e-7
+    moved = departure(ended(-1e-5)[-1], ended(1e-5)[-1]) / 2e-5
+    assert worst(end.sensitivity[name], moved) < 1e-4
