@@ -92,10 +92,18 @@ impl Polyhedron {
     }
 
     fn from_edges(given: &[Vec3], faces: &[[u32; 3]], edges: Vec<Edge>) -> Result<Self> {
-        let middle = given.iter().sum::<Vec3>() / given.len() as f64;
+        // Vertices that no face has do not count.
+        let mut used = vec![false; given.len()];
+        faces.iter().flatten().for_each(|&v| used[v as usize] = true);
+        let count = used.iter().filter(|used| **used).count();
+        let middle =
+            given.iter().zip(&used).filter(|(_, used)| **used).map(|(v, _)| v).sum::<Vec3>() / count as f64;
         let vertices: Vec<Vec3> = given.iter().map(|v| v - middle).collect();
         let (volume, first, _) = sums(&vertices, faces);
-        let extent = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let reach = |face: &[u32; 3], vertices: &[Vec3]| {
+            face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max)
+        };
+        let extent = faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max);
         if !(volume > 1e-12 * extent.powi(3) && volume.is_finite()) {
             return Err(Error::invalid("volume", volume, "one above zero, in units that keep it in range"));
         }
@@ -108,12 +116,9 @@ impl Polyhedron {
         let vertices: Vec<Vec3> = vertices.iter().map(|v| axes * v).collect();
         let blocks: Vec<Block> =
             faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
-        // Vertices that no face has do not count.
-        let reach =
-            |face: &[u32; 3]| face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max);
         let solid = Solid {
             given: given.to_vec(),
-            circumradius: faces.iter().map(reach).fold(0.0, f64::max),
+            circumradius: faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max),
             inertia: (axes * tensor * axes.transpose()).diagonal(),
             frame: WorkingFrame { position: -(axes * (middle + shift)), attitude: quaternion(&axes) },
             tree: Tree::new(&blocks),
