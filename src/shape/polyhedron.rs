@@ -9,9 +9,9 @@
 //! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
 //! degree.
 
-use super::distance::{between_triangles, point_to_triangle};
+use super::distance::{angle_at, between_triangles, closest_point};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
-use super::mesh::{Edge, check, check_solid, solid_angle};
+use super::mesh::{Edge, check, check_solid, solid_angle, sums};
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result};
 use crate::math::harmonics::{self, WeightedHarmonics};
@@ -60,6 +60,13 @@ impl PartialEq for Polyhedron {
         let same = |a: &Solid, b: &Solid| a.given == b.given && a.faces == b.faces;
         self.scale == other.scale
             && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
+    }
+}
+
+impl Solid {
+    /// Corners of a face.
+    fn corners(&self, face: u32) -> [Vec3; 3] {
+        self.faces[face as usize].map(|v| self.vertices[v as usize])
     }
 }
 
@@ -186,36 +193,49 @@ impl Polyhedron {
 
     /// Corners of a face.
     pub fn corners(&self, face: usize) -> [Vec3; 3] {
-        self.solid.faces[face].map(|v| self.solid.vertices[v as usize] * self.scale)
+        self.solid.corners(face as u32).map(|v| v * self.scale)
     }
 
     /// Distance of a point from the surface, from either side.
     pub fn distance(&self, point: &Vec3) -> f64 {
-        let point = point / self.scale;
-        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
-        let to_face = |face: u32, _| point_to_triangle(&point, &corners(face));
-        self.scale * self.solid.tree.least(f64::INFINITY, |block| block.distance(&point), to_face)
+        self.scale * self.closest(&(point / self.scale)).0
     }
 
-    /// The outward normal of the face that is nearest to a point, and how high the point is above that face's plane.
+    /// The distance and the place of the point of the surface that is nearest to a point, at scale one.
+    fn closest(&self, point: &Vec3) -> (f64, Vec3) {
+        let nearest = Cell::new((f64::INFINITY, *point));
+        let to_face = |face: u32, _| {
+            let there = closest_point(point, &self.solid.corners(face));
+            let distance = (there - point).norm();
+            if distance < nearest.get().0 {
+                nearest.set((distance, there));
+            }
+            distance
+        };
+        self.solid.tree.least(f64::INFINITY, |block| block.distance(point), to_face);
+        nearest.get()
+    }
+
+    /// The outward normal where the surface is nearest to a point, on an edge or a corner that of all faces there by their angles
+    /// (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243), and a height over it whose sign tells whether the point is outside.
     pub fn outward(&self, point: &Vec3) -> (Vec3, f64) {
-        let nearest = Cell::new((f64::INFINITY, 0));
-        let place = point / self.scale;
-        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
-        self.solid.tree.least(
-            f64::INFINITY,
-            |block| block.distance(&place),
-            |face, _| {
-                let distance = point_to_triangle(&place, &corners(face));
-                if distance < nearest.get().0 {
-                    nearest.set((distance, face));
-                }
-                distance
-            },
-        );
-        let [a, b, c] = corners(nearest.get().1);
-        let normal = (b - a).cross(&(c - a)).normalize();
-        (normal, normal.dot(&(place - a)) * self.scale)
+        let (place, size) = (point / self.scale, self.solid.circumradius);
+        let (distance, there) = self.closest(&place);
+        // As near but for rounding.
+        let most = distance * (1.0 + 1e-12) + 1e-14 * size;
+        let (mut normal, mut height) = (Vec3::zeros(), 0.0);
+        let around = Block::of(&[place.add_scalar(-most), place.add_scalar(most)]);
+        self.solid.tree.meeting(&around, |face| {
+            let triangle @ [a, b, c] = self.solid.corners(face);
+            let closest = closest_point(&place, &triangle);
+            let from = place - closest;
+            if from.norm() <= most && (closest - there).norm() <= 1e-7 * size {
+                let own = (b - a).cross(&(c - a)).normalize() * angle_at(&closest, &triangle, 1e-7 * size);
+                normal += own;
+                height += own.dot(&from);
+            }
+        });
+        (normal.normalize(), height * self.scale)
     }
 
     /// The least value of a function of faces; `bound` is a bound from below for all faces in a box.
@@ -377,19 +397,4 @@ fn points_for(degree: usize, [a, b, c]: [Vec3; 3]) -> usize {
         rate > 1.0 && rate.powi(-2 * n as i32) < 1e-17
     };
     (1..exact).find(|&n| enough(n)).unwrap_or(exact)
-}
-
-/// Volume, first and second moments.
-fn sums(vertices: &[Vec3], faces: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
-    let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
-    for face in faces {
-        let [a, b, c] = face.map(|v| vertices[v as usize]);
-        let v = a.dot(&b.cross(&c)) / 6.0;
-        let s = a + b + c;
-        volume += v;
-        first += s * (v / 4.0);
-        second +=
-            (s * s.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (v / 20.0);
-    }
-    (volume, first, second)
 }
