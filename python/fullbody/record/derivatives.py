@@ -130,6 +130,11 @@ class Differentiated:
         transition, sensitivity = self.transition[-1], self.sensitivity
         happened = self.events[-1]
         core = self.system._strip(happened.state)
+        if self._record["time"][-1] != core.time:
+            raise InvalidInput(
+                f"the event that ended the run, at time {happened.time}, is not its last sample; expected a run whose "
+                "last sample is that of the event, not a part of it"
+            )
         condition = happened.event._condition(self.system)
         slopes, by_time, direct = condition.slopes(self.system._core, core, list(sensitivity))
         flow = self.system._core.jacobian(core, [])[3]

@@ -239,3 +239,13 @@ def test_functions_of_events_that_know_the_parameter(event, velocity, name):
     assert worst(end.time_sensitivity[name], (4 * one - two) / 3) < 1e-7
     moved = departure(ended(-1e-5)[-1], ended(1e-5)[-1]) / 2e-5
     assert worst(end.sensitivity[name], moved) < 1e-4
+
+
+def test_a_part_of_a_run_does_not_end_at_the_event():
+    system, state = tumbling()
+    event = fullbody.events.Apoapsis("A", "B", terminal=True)
+    run = system.integrate(state, 30.0, events=[event], derivatives=True)
+    for part in (run[:2], run[::-1]):
+        with pytest.raises(fullbody.InvalidInput, match="expected a run whose last sample is that of the event"):
+            part.at_last_event()
+    assert np.array_equal(run[3:].at_last_event().time, run.at_last_event().time)
