@@ -20,6 +20,7 @@ use crate::math::{Mat3, Vec3, monomials, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
 use std::cell::Cell;
+use std::mem::{Discriminant, discriminant};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -50,9 +51,9 @@ struct Solid {
     /// Whether the faces are known to bound a solid.
     checked: AtomicBool,
     /// The harmonic moments so far asked for.
-    moments: Mutex<Arc<Vec<f64>>>,
+    moments: Kept,
     /// The means of monomials so far asked for.
-    monomials: Mutex<Arc<Vec<f64>>>,
+    monomials: Kept,
 }
 
 impl PartialEq for Polyhedron {
@@ -61,6 +62,23 @@ impl PartialEq for Polyhedron {
         self.scale == other.scale
             && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
     }
+}
+
+/// Moments by degree, scale and instructions: with those of others results would depend, by rounding, on what was asked for before.
+type Kept = Mutex<Vec<(Key, Arc<Vec<f64>>)>>;
+type Key = (usize, u64, Option<Discriminant<Arch>>);
+
+/// What was asked for before, or is made now; nothing is kept where another thread has panicked.
+fn kept(kept: &Kept, key: Key, make: impl FnOnce() -> Result<Vec<f64>>) -> Result<Arc<Vec<f64>>> {
+    let found = kept.lock().ok().and_then(|kept| kept.iter().find(|(other, _)| *other == key).cloned());
+    if let Some((_, values)) = found {
+        return Ok(values);
+    }
+    let values = Arc::new(make()?);
+    if let Ok(mut kept) = kept.lock() {
+        kept.push((key, values.clone()));
+    }
+    Ok(values)
 }
 
 impl Solid {
@@ -271,7 +289,7 @@ impl Polyhedron {
         (0..self.faces().len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
     }
 
-    /// Means over the solid of the solid harmonics of x / circumradius up to a degree or higher, in the order of
+    /// Means over the solid of the solid harmonics of x / circumradius up to a degree, in the order of
     /// [`harmonics::place`]. They are kept.
     pub fn harmonic_moments(
         &self,
@@ -279,32 +297,18 @@ impl Polyhedron {
         arch: Arch,
         patience: &mut Patience,
     ) -> Result<Arc<Vec<f64>>> {
-        /// Nothing is kept where another thread has panicked.
-        fn kept(solid: &Solid) -> Option<Arc<Vec<f64>>> {
-            solid.moments.lock().ok().map(|moments| moments.clone())
-        }
-        if let Some(moments) = kept(&self.solid)
-            && moments.len() >= harmonics::count(degree)
-        {
-            return Ok(moments);
-        }
-        let moments = Arc::new(self.moments_to(degree, arch, patience)?);
-        if let Ok(mut kept) = self.solid.moments.lock()
-            && kept.len() < moments.len()
-        {
-            *kept = moments.clone();
-        }
-        Ok(moments)
+        let key = (degree, self.scale.to_bits(), Some(discriminant(&arch)));
+        kept(&self.solid.moments, key, || self.moments_to(degree, arch, patience))
     }
 
-    /// Means over the solid of the monomials of x / circumradius up to a degree or higher, in the order of [`monomials::index`]. They
+    /// Means over the solid of the monomials of x / circumradius up to a degree, in the order of [`monomials::index`]. They
     /// are kept.
     pub fn monomial_means(&self, degree: usize, patience: &mut Patience) -> Result<Arc<Vec<f64>>> {
-        if let Ok(kept) = self.solid.monomials.lock()
-            && kept.len() >= monomials::offset(degree + 1)
-        {
-            return Ok(kept.clone());
-        }
+        let key = (degree, self.scale.to_bits(), None);
+        kept(&self.solid.monomials, key, || self.means_to(degree, patience))
+    }
+
+    fn means_to(&self, degree: usize, patience: &mut Patience) -> Result<Vec<f64>> {
         let unit = 1.0 / self.circumradius();
         let rule = triangle::rule(degree / 2 + 1);
         let mut means = vec![0.0; monomials::offset(degree + 1)];
@@ -336,10 +340,6 @@ impl Polyhedron {
         }
         // The frame's origin is the centre of mass.
         means.iter_mut().skip(1).take(3).for_each(|m| *m = 0.0);
-        let means = Arc::new(means);
-        if let Ok(mut kept) = self.solid.monomials.lock() {
-            *kept = means.clone();
-        }
         Ok(means)
     }
 
