@@ -321,8 +321,7 @@ def test_sians_polyhedra_are_read(tmp_path):
     "other", [fullbody.Ellipsoid(0.5, 0.4, 0.3), octahedron(0.5, 0.4, 0.3)], ids=["egg", "octahedron"]
 )
 def test_results_do_not_depend_on_what_was_computed_before(tmp_path, separation, other):
-    shape = fullbody.Polyhedron(octahedron(1.0, 0.8, 0.6).vertices + [0.1, 0.2, 0.3], octahedron(1.0, 0.8, 0.6).faces)
-    bodies = [fullbody.Body(shape, mass=1.0, name="A"), fullbody.Body(other, mass=0.2, name="B")]
+    bodies = [fullbody.Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), fullbody.Body(other, mass=0.2, name="B")]
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State(
         [[0.0, 0.0, 0.0], [separation, 0.3, 0.1]],
