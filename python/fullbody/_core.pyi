@@ -144,7 +144,7 @@ class System:
 
 @disjoint_base
 class Condition:
-    def slopes(self, system: System, state: State) -> tuple[_Array, float]: ...
+    def slopes(self, system: System, state: State, parameters: list[str]) -> tuple[_Array, float, list[float]]: ...
     @final
     class Separation(Condition):
         __match_args__ = ("first", "second", "value")

@@ -87,9 +87,7 @@ impl RotationSlopes {
     /// Of a step of [`variational_rotation`]; `None` where that is.
     pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
         if inertia.min() <= 0.0 {
-            let zero = Mat3::zeros();
-            let keep = [Mat3::identity(), zero];
-            return Some(Self { back: Mat3::identity(), turn: [Mat3::identity() * time, zero], spin: keep });
+            return Some(Self::of_even_turn(spin, time));
         }
         let p = half_turn(inertia, spin, time)?;
         let scalar = (1.0 - p.norm_squared()).sqrt();
@@ -111,5 +109,19 @@ impl RotationSlopes {
             inverse * (back * Mat3::from_diagonal(&spin) + moved * turn[1] - Mat3::from_diagonal(&new_spin)),
         ];
         Some(Self { back, turn, spin: spins })
+    }
+
+    /// Of an even turn by exp(X) with X = [h spin]: F^T = exp(-X), and xi = h (1 - exp(-X))/X times the change of the spin.
+    fn of_even_turn(spin: Vec3, time: f64) -> Self {
+        let turn = spin * time;
+        let (angle, axis) = (turn.norm(), turn.try_normalize(0.0).unwrap_or_default().cross_matrix());
+        let (sine, versine) = (angle.sin(), 2.0 * (0.5 * angle).sin().powi(2));
+        let squared = axis * axis;
+        let (even, odd) = if angle == 0.0 { (0.0, 0.0) } else { (1.0 - sine / angle, versine / angle) };
+        Self {
+            back: Mat3::identity() - axis * sine + squared * versine,
+            turn: [(Mat3::identity() - axis * odd + squared * even) * time, Mat3::zeros()],
+            spin: [Mat3::identity(), Mat3::zeros()],
+        }
     }
 }

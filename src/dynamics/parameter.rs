@@ -37,7 +37,8 @@ impl Parameter {
         let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
         for (k, body) in bodies.iter().enumerate() {
             all.push((format!("mass of {}", body.name), Self::Mass(k)));
-            if body.volume() > 0.0 {
+            // The parts of a composite may overlap, and have densities of their own.
+            if body.volume() > 0.0 && !body.is_composite() {
                 all.push((format!("density of {}", body.name), Self::Density(k, body.volume())));
             }
             if let [Part { shape: Shape::Ellipsoid(_), place: None, .. }] = body.parts() {
@@ -92,7 +93,7 @@ impl Parameter {
     }
 
     /// The body and its semi-axis that it is.
-    pub(super) fn semi_axis(self) -> Option<(usize, usize)> {
+    pub fn semi_axis(self) -> Option<(usize, usize)> {
         match self {
             Self::SemiAxis(body, axis) => Some((body, axis)),
             _ => None,
@@ -135,7 +136,7 @@ impl Parameter {
     }
 
     /// Derivative of a body's mass.
-    pub(super) fn of_mass(self, body: usize) -> f64 {
+    pub fn of_mass(self, body: usize) -> f64 {
         match self {
             Self::Mass(k) if k == body => 1.0,
             Self::Density(k, volume) if k == body => volume,

@@ -60,14 +60,15 @@ impl Facets {
         let corners = |face: u32| polyhedron.faces()[face as usize].map(|v| vertices[v as usize]);
         let all = 0..polyhedron.faces().len() as u32;
         let areas: Vec<Vec3> = all.clone().map(corners).map(|[a, b, c]| (b - a).cross(&(c - a))).collect();
-        let normals: Vec<Vec3> = areas.iter().map(|area| area.normalize()).collect();
+        let normals: Vec<Vec3> =
+            all.clone().map(corners).zip(&areas).map(|(face, area)| normal(face, area)).collect();
         // What stands in the place of edges and faces that fill a block has no weight.
         let (mut edges, mut sharp) = (Columns::new(EDGE), Columns::new(SHARP));
         for edge in polyhedron.edges() {
             let [a, b] = edge.ends.map(|v| vertices[v as usize]);
             let along = b - a;
-            let [n, m] = edge.faces.map(|face| normals[face as usize]);
             let direction = along.normalize();
+            let [n, m] = edge.faces.map(|face| normals[face as usize]);
             let dyad = n * direction.cross(&n).transpose() - m * direction.cross(&m).transpose();
             let dyad = 0.5 * (dyad + dyad.transpose());
             if dyad.norm() > FLAT {
@@ -105,6 +106,17 @@ impl Facets {
     pub fn field(&self, arch: Arch, x: &Vec3) -> PolyhedralField {
         arch.dispatch(Evaluation::<false> { facets: self, x })
     }
+}
+
+/// The normal of a face from its area. That of a thin one has lost digits to rounding, and is to be across its edges with all digits:
+/// the edges' dyads, which are large, then cancel as the face's own smallness asks.
+fn normal([a, b, c]: [Vec3; 3], area: &Vec3) -> Vec3 {
+    let [first, second, third] = [b - a, c - b, a - c];
+    let longest = [second, third]
+        .into_iter()
+        .fold(first, |edge, other| if other.norm_squared() > edge.norm_squared() { other } else { edge });
+    let across = area - longest * (longest.dot(area) / longest.norm_squared());
+    across.normalize()
 }
 
 /// Lists side by side.

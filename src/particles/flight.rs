@@ -112,6 +112,8 @@ impl Plan<'_> {
         flown: &mut Flown,
         hook: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<()> {
+        // Before anything is refused: the record has a row of each particle.
+        flown.samples.resize(6 * self.output.len() * particles.len(), f64::NAN);
         let (system, dense, until, rules) = (self.system, self.dense, self.until, self.rules);
         let (first, last) = dense.range();
         for (what, time) in [("until", until), ("time of the particles", start)] {
@@ -156,7 +158,6 @@ impl Plan<'_> {
             let puller = |body| Puller::new(body, constant, system.arch(), patience);
             system.bodies().iter().map(puller).collect::<Result<Vec<_>>>()
         }?;
-        flown.samples.resize(6 * self.output.len() * particles.len(), f64::NAN);
         if self.output.first() == Some(&start) {
             let rows = flown.samples.chunks_exact_mut(6 * self.output.len());
             for (particle, row) in particles.iter_mut().zip(rows) {

@@ -3,10 +3,10 @@
 use super::arrays::array;
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::State;
+use crate::dynamics::{Parameter, State};
 use crate::error::Error;
 use crate::math::Vec3;
-use crate::trajectory::{Condition, Event};
+use crate::trajectory::{Condition, ConditionSlopes, Event};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -40,19 +40,23 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
 
 #[pymethods]
 impl PyCondition {
-    /// Derivatives (12N,) of the function, and its derivative with time.
+    /// Derivatives (12N,) of the function with a departure, its derivative with time, and those (P,) with parameters.
     fn slopes<'py>(
         &self,
         py: Python<'py>,
         system: &PySystem,
         state: &PyState,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64)> {
+        parameters: Vec<String>,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>)> {
         let raised = Arc::new(Listener::default());
         let mut condition = self.condition(py, &raised);
-        let found = listening(py, |patience| condition.slopes(&system.inner, &state.inner, patience));
-        let (slopes, by_time) = found.map_err(|error| raised.raised().unwrap_or(error))?;
-        let count = slopes.len();
-        Ok((array(py, slopes, &[count])?, by_time))
+        let named = parameters.iter().map(|name| Parameter::named(name, &system.inner));
+        let named: Vec<_> = named.collect::<Result<_, _>>()?;
+        let found = listening(py, |patience| condition.slopes(&system.inner, &state.inner, &named, patience));
+        let ConditionSlopes { by_state, by_time, by_parameters } =
+            found.map_err(|error| raised.raised().unwrap_or(error))?;
+        let count = by_state.len();
+        Ok((array(py, by_state, &[count])?, by_time, by_parameters))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Distances between points, segments and triangles.
 
 use crate::math::Vec3;
+use std::f64::consts::PI;
 
 /// Distance of a point from a triangle.
 pub fn point_to_triangle(point: &Vec3, triangle: &[Vec3; 3]) -> f64 {
@@ -41,6 +42,13 @@ pub fn closest_point(point: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
     }
     let sum = beside_a + beside_b + beside_c;
     a + ab * (beside_b / sum) + ac * (beside_c / sum)
+}
+
+/// The angle of a triangle at a point of it: that of a corner within this distance, and half a turn elsewhere.
+pub fn angle_at(point: &Vec3, [a, b, c]: &[Vec3; 3], within: f64) -> f64 {
+    let corners = [(a, b, c), (b, c, a), (c, a, b)];
+    let corner = corners.into_iter().find(|(corner, ..)| (point - *corner).norm() <= within);
+    corner.map_or(PI, |(corner, next, last)| (next - corner).angle(&(last - corner)))
 }
 
 /// Distance of two segments (Ericson 2005, section 5.1.9).

@@ -3,7 +3,7 @@
 use super::crossing::first_crossing;
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result, require_finite};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use crate::patience::Patience;
 
 /// Faces whose height is below this share of their longest edge have no direction.
@@ -221,4 +221,19 @@ fn surfaces(count: usize, edges: &[Edge]) -> Vec<Vec<usize>> {
         surfaces[place[first]].push(face);
     }
     surfaces
+}
+
+/// Volume, first and second moments.
+pub fn sums(vertices: &[Vec3], faces: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
+    let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
+    for face in faces {
+        let [a, b, c] = face.map(|v| vertices[v as usize]);
+        let v = a.dot(&b.cross(&c)) / 6.0;
+        let s = a + b + c;
+        volume += v;
+        first += s * (v / 4.0);
+        second +=
+            (s * s.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (v / 20.0);
+    }
+    (volume, first, second)
 }

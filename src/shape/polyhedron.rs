@@ -9,9 +9,9 @@
 //! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
 //! degree.
 
-use super::distance::{between_triangles, point_to_triangle};
+use super::distance::{angle_at, between_triangles, closest_point};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
-use super::mesh::{Edge, check, check_solid, solid_angle};
+use super::mesh::{Edge, check, check_solid, solid_angle, sums};
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result};
 use crate::math::harmonics::{self, WeightedHarmonics};
@@ -20,6 +20,7 @@ use crate::math::{Mat3, Vec3, monomials, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
 use std::cell::Cell;
+use std::mem::{Discriminant, discriminant};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -50,9 +51,9 @@ struct Solid {
     /// Whether the faces are known to bound a solid.
     checked: AtomicBool,
     /// The harmonic moments so far asked for.
-    moments: Mutex<Arc<Vec<f64>>>,
+    moments: Kept,
     /// The means of monomials so far asked for.
-    monomials: Mutex<Arc<Vec<f64>>>,
+    monomials: Kept,
 }
 
 impl PartialEq for Polyhedron {
@@ -60,6 +61,30 @@ impl PartialEq for Polyhedron {
         let same = |a: &Solid, b: &Solid| a.given == b.given && a.faces == b.faces;
         self.scale == other.scale
             && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
+    }
+}
+
+/// Moments by degree, scale and instructions: with those of others results would depend, by rounding, on what was asked for before.
+type Kept = Mutex<Vec<(Key, Arc<Vec<f64>>)>>;
+type Key = (usize, u64, Option<Discriminant<Arch>>);
+
+/// What was asked for before, or is made now; nothing is kept where another thread has panicked.
+fn kept(kept: &Kept, key: Key, make: impl FnOnce() -> Result<Vec<f64>>) -> Result<Arc<Vec<f64>>> {
+    let found = kept.lock().ok().and_then(|kept| kept.iter().find(|(other, _)| *other == key).cloned());
+    if let Some((_, values)) = found {
+        return Ok(values);
+    }
+    let values = Arc::new(make()?);
+    if let Ok(mut kept) = kept.lock() {
+        kept.push((key, values.clone()));
+    }
+    Ok(values)
+}
+
+impl Solid {
+    /// Corners of a face.
+    fn corners(&self, face: u32) -> [Vec3; 3] {
+        self.faces[face as usize].map(|v| self.vertices[v as usize])
     }
 }
 
@@ -92,10 +117,18 @@ impl Polyhedron {
     }
 
     fn from_edges(given: &[Vec3], faces: &[[u32; 3]], edges: Vec<Edge>) -> Result<Self> {
-        let middle = given.iter().sum::<Vec3>() / given.len() as f64;
+        // Vertices that no face has do not count.
+        let mut used = vec![false; given.len()];
+        faces.iter().flatten().for_each(|&v| used[v as usize] = true);
+        let count = used.iter().filter(|used| **used).count();
+        let middle =
+            given.iter().zip(&used).filter(|(_, used)| **used).map(|(v, _)| v).sum::<Vec3>() / count as f64;
         let vertices: Vec<Vec3> = given.iter().map(|v| v - middle).collect();
         let (volume, first, _) = sums(&vertices, faces);
-        let extent = vertices.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let reach = |face: &[u32; 3], vertices: &[Vec3]| {
+            face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max)
+        };
+        let extent = faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max);
         if !(volume > 1e-12 * extent.powi(3) && volume.is_finite()) {
             return Err(Error::invalid("volume", volume, "one above zero, in units that keep it in range"));
         }
@@ -108,12 +141,9 @@ impl Polyhedron {
         let vertices: Vec<Vec3> = vertices.iter().map(|v| axes * v).collect();
         let blocks: Vec<Block> =
             faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
-        // Vertices that no face has do not count.
-        let reach =
-            |face: &[u32; 3]| face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max);
         let solid = Solid {
             given: given.to_vec(),
-            circumradius: faces.iter().map(reach).fold(0.0, f64::max),
+            circumradius: faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max),
             inertia: (axes * tensor * axes.transpose()).diagonal(),
             frame: WorkingFrame { position: -(axes * (middle + shift)), attitude: quaternion(&axes) },
             tree: Tree::new(&blocks),
@@ -181,36 +211,49 @@ impl Polyhedron {
 
     /// Corners of a face.
     pub fn corners(&self, face: usize) -> [Vec3; 3] {
-        self.solid.faces[face].map(|v| self.solid.vertices[v as usize] * self.scale)
+        self.solid.corners(face as u32).map(|v| v * self.scale)
     }
 
     /// Distance of a point from the surface, from either side.
     pub fn distance(&self, point: &Vec3) -> f64 {
-        let point = point / self.scale;
-        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
-        let to_face = |face: u32, _| point_to_triangle(&point, &corners(face));
-        self.scale * self.solid.tree.least(f64::INFINITY, |block| block.distance(&point), to_face)
+        self.scale * self.closest(&(point / self.scale)).0
     }
 
-    /// The outward normal of the face that is nearest to a point, and how high the point is above that face's plane.
+    /// The distance and the place of the point of the surface that is nearest to a point, at scale one.
+    fn closest(&self, point: &Vec3) -> (f64, Vec3) {
+        let nearest = Cell::new((f64::INFINITY, *point));
+        let to_face = |face: u32, _| {
+            let there = closest_point(point, &self.solid.corners(face));
+            let distance = (there - point).norm();
+            if distance < nearest.get().0 {
+                nearest.set((distance, there));
+            }
+            distance
+        };
+        self.solid.tree.least(f64::INFINITY, |block| block.distance(point), to_face);
+        nearest.get()
+    }
+
+    /// The outward normal where the surface is nearest to a point, on an edge or a corner that of all faces there by their angles
+    /// (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243), and a height over it whose sign tells whether the point is outside.
     pub fn outward(&self, point: &Vec3) -> (Vec3, f64) {
-        let nearest = Cell::new((f64::INFINITY, 0));
-        let place = point / self.scale;
-        let corners = |face: u32| self.solid.faces[face as usize].map(|v| self.solid.vertices[v as usize]);
-        self.solid.tree.least(
-            f64::INFINITY,
-            |block| block.distance(&place),
-            |face, _| {
-                let distance = point_to_triangle(&place, &corners(face));
-                if distance < nearest.get().0 {
-                    nearest.set((distance, face));
-                }
-                distance
-            },
-        );
-        let [a, b, c] = corners(nearest.get().1);
-        let normal = (b - a).cross(&(c - a)).normalize();
-        (normal, normal.dot(&(place - a)) * self.scale)
+        let (place, size) = (point / self.scale, self.solid.circumradius);
+        let (distance, there) = self.closest(&place);
+        // As near but for rounding.
+        let most = distance * (1.0 + 1e-12) + 1e-14 * size;
+        let (mut normal, mut height) = (Vec3::zeros(), 0.0);
+        let around = Block::of(&[place.add_scalar(-most), place.add_scalar(most)]);
+        self.solid.tree.meeting(&around, |face| {
+            let triangle @ [a, b, c] = self.solid.corners(face);
+            let closest = closest_point(&place, &triangle);
+            let from = place - closest;
+            if from.norm() <= most && (closest - there).norm() <= 1e-7 * size {
+                let own = (b - a).cross(&(c - a)).normalize() * angle_at(&closest, &triangle, 1e-7 * size);
+                normal += own;
+                height += own.dot(&from);
+            }
+        });
+        (normal.normalize(), height * self.scale)
     }
 
     /// The least value of a function of faces; `bound` is a bound from below for all faces in a box.
@@ -246,7 +289,7 @@ impl Polyhedron {
         (0..self.faces().len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
     }
 
-    /// Means over the solid of the solid harmonics of x / circumradius up to a degree or higher, in the order of
+    /// Means over the solid of the solid harmonics of x / circumradius up to a degree, in the order of
     /// [`harmonics::place`]. They are kept.
     pub fn harmonic_moments(
         &self,
@@ -254,32 +297,18 @@ impl Polyhedron {
         arch: Arch,
         patience: &mut Patience,
     ) -> Result<Arc<Vec<f64>>> {
-        /// Nothing is kept where another thread has panicked.
-        fn kept(solid: &Solid) -> Option<Arc<Vec<f64>>> {
-            solid.moments.lock().ok().map(|moments| moments.clone())
-        }
-        if let Some(moments) = kept(&self.solid)
-            && moments.len() >= harmonics::count(degree)
-        {
-            return Ok(moments);
-        }
-        let moments = Arc::new(self.moments_to(degree, arch, patience)?);
-        if let Ok(mut kept) = self.solid.moments.lock()
-            && kept.len() < moments.len()
-        {
-            *kept = moments.clone();
-        }
-        Ok(moments)
+        let key = (degree, self.scale.to_bits(), Some(discriminant(&arch)));
+        kept(&self.solid.moments, key, || self.moments_to(degree, arch, patience))
     }
 
-    /// Means over the solid of the monomials of x / circumradius up to a degree or higher, in the order of [`monomials::index`]. They
+    /// Means over the solid of the monomials of x / circumradius up to a degree, in the order of [`monomials::index`]. They
     /// are kept.
     pub fn monomial_means(&self, degree: usize, patience: &mut Patience) -> Result<Arc<Vec<f64>>> {
-        if let Ok(kept) = self.solid.monomials.lock()
-            && kept.len() >= monomials::offset(degree + 1)
-        {
-            return Ok(kept.clone());
-        }
+        let key = (degree, self.scale.to_bits(), None);
+        kept(&self.solid.monomials, key, || self.means_to(degree, patience))
+    }
+
+    fn means_to(&self, degree: usize, patience: &mut Patience) -> Result<Vec<f64>> {
         let unit = 1.0 / self.circumradius();
         let rule = triangle::rule(degree / 2 + 1);
         let mut means = vec![0.0; monomials::offset(degree + 1)];
@@ -311,10 +340,6 @@ impl Polyhedron {
         }
         // The frame's origin is the centre of mass.
         means.iter_mut().skip(1).take(3).for_each(|m| *m = 0.0);
-        let means = Arc::new(means);
-        if let Ok(mut kept) = self.solid.monomials.lock() {
-            *kept = means.clone();
-        }
         Ok(means)
     }
 
@@ -372,19 +397,4 @@ fn points_for(degree: usize, [a, b, c]: [Vec3; 3]) -> usize {
         rate > 1.0 && rate.powi(-2 * n as i32) < 1e-17
     };
     (1..exact).find(|&n| enough(n)).unwrap_or(exact)
-}
-
-/// Volume, first and second moments.
-fn sums(vertices: &[Vec3], faces: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
-    let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
-    for face in faces {
-        let [a, b, c] = face.map(|v| vertices[v as usize]);
-        let v = a.dot(&b.cross(&c)) / 6.0;
-        let s = a + b + c;
-        volume += v;
-        first += s * (v / 4.0);
-        second +=
-            (s * s.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose()) * (v / 20.0);
-    }
-    (volume, first, second)
 }

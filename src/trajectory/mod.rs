@@ -22,7 +22,7 @@ mod tangent;
 pub use archive::{ARCHIVE_VERSION, Setup};
 pub use chaos::INDICATORS;
 pub use dense::Dense;
-pub use events::{Condition, Event, Occurrence, SAMPLES, StateFunction};
+pub use events::{Condition, ConditionSlopes, Event, Occurrence, SAMPLES, StateFunction};
 pub use integrator::Integrator;
 pub use output::Output;
 pub use record::{StopReason, Trajectory};

@@ -13,6 +13,10 @@ use crate::patience::Patience;
 /// The shortest step of departures, as a fraction of the motion's.
 const SHORTEST: f64 = 1e-6;
 
+/// The most by which the logarithm of a departure may grow in one step, for the integrals of it. Beside free motion, whose steps have no
+/// bound, a departure grows with the time.
+const LONGEST: f64 = 1.0;
+
 /// Numbers that are larger have left the range in which a step can be solved.
 const LARGEST: f64 = 1e280;
 
@@ -243,8 +247,14 @@ impl Tangent {
             }
             if let Some(parting) = parting {
                 let growth = |node| parting.growth(collocation.at_node(node));
+                let ends = [&departed.columns, collocation.reached()].map(|columns| parting.growth(columns));
+                if (ends[1] - ends[0]).abs() > LONGEST && 0.5 * (next - from) >= SHORTEST {
+                    length = 0.5 * (next - from);
+                    continue;
+                }
                 let step = [time - start.time, size];
                 parting.integrate(collocation.gauss(), step, growth, &mut departed.integrals);
+                length *= 2.0;
             }
             departed.columns.copy_from_slice(collocation.reached());
             if keep {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -139,7 +140,9 @@ def _from_sun(body: str, times: Time, ephemeris: Any) -> _Array:
     """A planet from the Sun in km, in the ecliptic of J2000."""
     from astropy.coordinates import get_body_barycentric
 
-    with need("jplephem" if ephemeris != "builtin" else "units", f"the ephemeris {ephemeris!r}"):
+    with need(None, f"the ephemeris {ephemeris!r}"):
+        if ephemeris != "builtin":
+            import_module("jplephem")
         try:
             planet, sun = (get_body_barycentric(name, times, ephemeris=ephemeris) for name in (body, "sun"))
         except (KeyError, ValueError, TypeError, OSError) as error:

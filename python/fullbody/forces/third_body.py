@@ -14,11 +14,16 @@ from ..model.force import Force, Ground
 from ..orbit.elements import KeplerElements
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from .. import _core
     from ..base.units import Units
 
 __all__ = ["ThirdBody"]
 
 _ANGLES = ("i", "Omega", "omega", "M")
+#: The error of a table's spline that is doubted, relative to the distance; that of the pull is three times as much.
+_COARSE = 1e-3
 
 
 @named_options
@@ -44,7 +49,8 @@ class ThirdBody(Force):
     time : float or Quantity
         Time of a state at which the mean anomaly of ``orbit`` holds.
     times, positions : array_like or Quantity, (T,) and (T, 3)
-        The path as a table, with a cubic spline (not-a-knot) between. Runs beyond it are refused.
+        The path as a table, with a cubic spline (not-a-knot) between. Runs beyond it are refused, and those with rows
+        too far apart for the spline are warned of.
     name : str
 
     Raises
@@ -201,6 +207,35 @@ class ThirdBody(Force):
         times = path["table"]["times"]
         first, last = (number(units.attach(time, "time")) for time in (times[0], times[-1]))
         return f"{mu}; {len(times)} positions from {first} to {last}"
+
+    def _doubts(
+        self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
+    ) -> Iterator[str]:
+        """Whether the rows of a table are so far apart that the spline does not follow the path.
+
+        The cubic through the two rows before a row and the two after misses it by 64 times the spline's error.
+        """
+        table = described["path"].get("table")
+        if table is None or len(table["times"]) < 5:
+            return
+        times, positions = np.array(table["times"]), np.array(table["positions"])
+        count, others = len(times) - 4, (0, 1, 3, 4)
+        near = {k: times[k : k + count] for k in range(5)}
+        there = np.zeros((count, 3))
+        # The run itself refuses a third body inside the system.
+        with np.errstate(all="ignore"):
+            for k in others:
+                factors = [(near[2] - near[j]) / (near[k] - near[j]) for j in others if j != k]
+                there += np.prod(factors, axis=0)[:, None] * positions[k : k + count]
+            error = np.linalg.norm(there - positions[2:-2], axis=1) / 64 / np.linalg.norm(positions[2:-2], axis=1)
+        worst = int(np.argmax(error))
+        if error[worst] > _COARSE:
+            when = number(units.attach(times[worst + 2], "time"), 4)
+            yield (
+                f"the positions of {self.name} are so far apart in time that the spline between them is wrong by about "
+                f"{error[worst]:.1g} of the distance near time {when}; expected rows nearer to each other, for an "
+                f"error below {_COARSE:g}: check the unit of the times"
+            )
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

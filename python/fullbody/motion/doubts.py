@@ -38,8 +38,8 @@ def of_start(system: BaseSystem, start: _core.State, tolerance: float | None) ->
             np.fill_diagonal(apart, np.inf)
             yield from _unbound(system, start, masses, apart)
             yield from _far(system, position, masses, apart, tolerance)
-            for force, described in zip(system.forces, system._core.forces, strict=True):
-                yield from force._doubts(described, system.names, start, system._units)
+    for force, described in zip(system.forces, system._core.forces, strict=True):
+        yield from force._doubts(described, system.names, start, system._units)
 
 
 def _unbound(system: BaseSystem, start: _core.State, masses: Any, apart: Any) -> Iterator[str]:

@@ -107,9 +107,10 @@ class Differentiated:
     def at_last_event(self) -> EventDerivatives:
         """Derivatives of the time and the state of the terminal event that ended the run.
 
-        At a zero of the event's function g the time changes by dt = -(grad g . dx) / (dg/dt), and the state by
-        dx + f dt, with dx the departure at a fixed time and f the rates of change there. The derivatives of g itself
-        are differences of eighth order.
+        At a zero of the event's function g the time changes by dt = -(grad g . dx + dg/dp dp) / (dg/dt), and the state
+        by dx + f dt, with dx the departure at a fixed time and f the rates of change there. The derivatives of g itself
+        are differences of eighth order. A :class:`fullbody.events.Function` knows the state alone and has no dg/dp; a
+        third body is taken to stand where its path has it relative to the barycentre at the event.
 
         Returns
         -------
@@ -129,7 +130,13 @@ class Differentiated:
         transition, sensitivity = self.transition[-1], self.sensitivity
         happened = self.events[-1]
         core = self.system._strip(happened.state)
-        slopes, by_time = happened.event._condition(self.system).slopes(self.system._core, core)
+        if self._record["time"][-1] != core.time:
+            raise InvalidInput(
+                f"the event that ended the run, at time {happened.time}, is not its last sample; expected a run whose "
+                "last sample is that of the event, not a part of it"
+            )
+        condition = happened.event._condition(self.system)
+        slopes, by_time, direct = condition.slopes(self.system._core, core, list(sensitivity))
         flow = self.system._core.jacobian(core, [])[3]
         rate = slopes @ flow + by_time
         if rate == 0.0:
@@ -137,7 +144,8 @@ class Differentiated:
                 f"the function of {happened.event!r} does not change along the run; expected one that does"
             )
         time = -(slopes @ transition) / rate
-        times = {name: float(-(slopes @ values[-1]) / rate) for name, values in sensitivity.items()}
+        pairs = zip(sensitivity.items(), direct, strict=True)
+        times = {name: float(-(slopes @ values[-1] + own) / rate) for (name, values), own in pairs}
         return EventDerivatives(
             time,
             transition + np.outer(flow, time),

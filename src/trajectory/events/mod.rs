@@ -5,6 +5,7 @@ mod slopes;
 mod watch;
 
 pub use condition::{Condition, StateFunction};
+pub use slopes::ConditionSlopes;
 pub use watch::SAMPLES;
 pub(super) use watch::Watch;
 

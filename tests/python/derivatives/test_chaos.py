@@ -100,3 +100,28 @@ def test_sweeps_measure_chaos():
     assert np.array_equal(found.megno.values, [run.megno[-1] for run in runs])
     both = fullbody.integrate_many([setup(0.1)], 5 * period, output="ends", derivatives=["G"])
     assert both[0].sensitivity["G"].shape == (2, 24)
+
+
+@pytest.mark.parametrize("spin", [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]])
+def test_free_motion_whose_steps_have_no_bound(spin):
+    # A departure that grows in proportion to the time has a MEGNO of 2, within ln(t)/t.
+    system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
+    state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]], spin=[spin])
+    run = system.integrate(state, 1e6, output="ends", chaos=True)
+    assert abs(run.megno[-1] - 2.0) < 1e-3
+
+
+@pytest.mark.parametrize("integrator", [FAST, fullbody.LieGroupVariational(step=0.01)], ids=["verner98", "lie"])
+def test_exponent_of_a_spin_about_the_middle_axis(integrator):
+    # Euler's equations linearised: exp(lambda t) with lambda = spin sqrt((I2 - I1)(I3 - I2)/(I1 I3)).
+    shape = fullbody.Ellipsoid(1.0, 0.8, 0.6)
+    system = fullbody.System([fullbody.Body(shape, mass=1.0)], G=1.0)
+    first, middle, last = system.bodies[0].inertia
+    rate = np.sqrt((middle - first) * (last - middle) / (first * last))
+    state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]], spin=[[0.0, 1.0, 0.0]])
+    for until in (100.0, -100.0):
+        run = system.integrate(state, until, output=10.0, integrator=integrator, chaos=True)
+        growth = run.lyapunov * np.abs(run.time)
+        assert abs((growth[-1] - growth[-3]) / 20.0 - rate) < 1e-4 * rate
+        # MEGNO grows by half the exponent, and by what goes with one over the time.
+        assert abs((run.megno[-1] - run.megno[-3]) / 10.0 - rate) < 0.05 * rate

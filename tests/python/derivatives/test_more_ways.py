@@ -3,8 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import energy_gradient, momentum_gradients, rates, scales, symplectic_form, tumbling
-from support import worst
+from flows import cross, energy_gradient, momentum_gradients, rates, scales, symplectic_form, tumbling
+from scipy.linalg import expm
+from support import pair_of_points, worst
 from test_transition import TIGHT, central, central_of_state, departed, departure
 
 STEPS = [
@@ -82,6 +83,26 @@ def test_fixed_steps_have_their_own_tangent_map(integrator):
     for name, which in zip(wanted, ("G", "mass", "axis"), strict=True):
         change = central(lambda by, which=which: other(by, **{which: 1.0}), 1e-4)
         assert worst(run.sensitivity[name][1] / size, change / size) < 1e-9
+
+
+@pytest.mark.parametrize("integrator", [*STEPS, TIGHT], ids=["lie", "aba864", "leapfrog", "verner98"])
+def test_points_turn_evenly(integrator):
+    # d theta/dt = dspin - spin x theta and d spin/dt = 0 have constant coefficients: the exponential of their matrix.
+    system, state = pair_of_points(0.3)
+    spin = np.array([[0.4, -0.2, 0.3], [-1.1, 0.7, 0.5]])
+    state = fullbody.State(state.position, state.velocity, state.attitude, spin)
+    run = system.integrate(state, 2.0, output="ends", integrator=integrator, derivatives=True)
+    for k in range(2):
+        rates = np.block([[-cross(spin[k]), np.eye(3)], [np.zeros((3, 6))]])
+        turning = slice(12 * k + 6, 12 * k + 12)
+        assert worst(run.transition[1][turning, turning], expm(2.0 * rates)) < 1e-13
+
+
+def test_composites_have_no_density_to_differentiate_by():
+    first, second = (fullbody.Part(fullbody.Sphere(0.3), mass=m, position=[x, 0, 0]) for m, x in ((1, -0.2), (2, 0.1)))
+    body = fullbody.Body(fullbody.Composite([first, second]), name="A")
+    assert body.density is None
+    assert fullbody.System([body], G=1.0).parameters == ("G", "mass of A")
 
 
 def outside():
@@ -188,3 +209,43 @@ def test_times_of_events(event):
         change = (4 * states[0] - states[1]) / 3
         assert worst(end.transition[:, column] / size, change / size) < 1e-7
     assert end.time_sensitivity.keys() == {"mass of B"}
+
+
+@pytest.mark.parametrize(
+    ("event", "velocity", "name"),
+    [
+        (fullbody.events.Contact("A", "B", terminal=True), [-0.15, 0.105, 0.1], "semi-axis a of B"),
+        (fullbody.events.Escape("A", "B", distance=0.1, terminal=True), [0.1, 0.93, 0.1], "mass of A"),
+        (fullbody.events.Escape("A", "B", distance=0.1, terminal=True), [0.1, 0.93, 0.1], "G"),
+        (fullbody.events.Escape("A", "B", distance=8.0, terminal=True), [0.9, 0.7, 0.1], "G"),
+    ],
+    ids=["contact", "bound no more", "bound no more, by G", "far"],
+)
+def test_functions_of_events_that_know_the_parameter(event, velocity, name):
+    _, state = tumbling()
+    state = state.replace(velocity=[state.velocity[0], velocity])
+
+    def ended(by, names=()):
+        more = {"mass of A": 0.0, "semi-axis a of B": 0.0, "G": 0.0, name: by}
+        first = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass=1.0 + more["mass of A"], name="A")
+        second = fullbody.Body(fullbody.Ellipsoid(0.4 + more["semi-axis a of B"], 0.7, 0.5), mass=0.4, name="B")
+        changed = fullbody.System([first, second], G=1.0 + more["G"])
+        return changed.integrate(state, 30.0, integrator=TIGHT, events=[event], output="ends", derivatives=names)
+
+    run = ended(0.0, [name])
+    assert run.stop_reason == "event"
+    end = run.at_last_event()
+    one, two = (float(ended(h).time[-1] - ended(-h).time[-1]) / (2 * h) for h in (1e-5, 2e-5))
+    assert worst(end.time_sensitivity[name], (4 * one - two) / 3) < 1e-7
+    moved = departure(ended(-1e-5)[-1], ended(1e-5)[-1]) / 2e-5
+    assert worst(end.sensitivity[name], moved) < 1e-4
+
+
+def test_a_part_of_a_run_does_not_end_at_the_event():
+    system, state = tumbling()
+    event = fullbody.events.Apoapsis("A", "B", terminal=True)
+    run = system.integrate(state, 30.0, events=[event], derivatives=True)
+    for part in (run[:2], run[::-1]):
+        with pytest.raises(fullbody.InvalidInput, match="expected a run whose last sample is that of the event"):
+            part.at_last_event()
+    assert np.array_equal(run[3:].at_last_event().time, run.at_last_event().time)

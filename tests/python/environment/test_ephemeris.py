@@ -1,5 +1,7 @@
 """Third bodies from ephemerides, against astropy at other times and against rebound's Kepler orbits."""
 
+import sys
+
 import fullbody
 import numpy as np
 import pytest
@@ -116,3 +118,9 @@ def test_what_cannot_be_had(change, message):
     given = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
     with pytest.raises((fullbody.InvalidInput, ModuleNotFoundError), match=message):
         ThirdBody.from_ephemeris(**given)
+
+
+def test_a_missing_package_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "jplephem", None)
+    with pytest.raises(ModuleNotFoundError, match="'de440' needs the package jplephem: pip install jplephem"):
+        ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=10 * u.day, ephemeris="de440")

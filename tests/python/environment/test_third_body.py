@@ -266,3 +266,24 @@ def test_spheres_and_points_get_no_torque():
         assert (loads.torque == 0).all()
         # Alone it is its own barycentre, where the pull is taken off.
         assert np.abs(loads.force).max() < 1e-16
+
+
+@pytest.mark.parametrize(("rows", "doubted"), [(6, True), (12, False)])
+def test_tables_too_coarse_for_their_spline_are_warned_of(rows, doubted, recwarn):
+    # The error of a cubic spline on a circle with n rows a turn: (2 pi/n)^4/384, 3e-3 and 2e-4.
+    turns = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
+    circle = np.stack([40 * np.cos(turns), 40 * np.sin(turns), 0 * turns], axis=1)
+    third = ThirdBody(mu=1.0, times=turns, positions=circle, of="body", name="Moon")
+    system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0, forces=[third])
+    state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]])
+    system.integrate(state, 1.0, output="ends")
+    found = [str(warning.message) for warning in recwarn]
+    middle = np.pi / rows
+    wrong = np.linalg.norm(system.third_body("Moon", middle)[0] - 40 * np.array([np.cos(middle), np.sin(middle), 0]))
+    if doubted:
+        assert len(found) == 1
+        assert "positions of Moon are so far apart" in found[0]
+        told = float(found[0].split("wrong by about ")[1].split()[0])
+        assert 0.5 < told / (wrong / 40) < 2.0
+    else:
+        assert not found

@@ -181,3 +181,12 @@ def test_an_area_without_light_is_warned_of(run):
     lit = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]], area_to_mass=1e-3)
     with pytest.warns(fullbody.InconsistentInput, match="radiation is not given"):
         run.fly(lit, 0.1)
+
+
+@pytest.mark.parametrize("output", [None, "ends", 0.25, [0.0, 1.0]])
+def test_refusals_are_the_same_with_any_output(output):
+    system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A")], G=1.0)
+    state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
+    inside = fullbody.Particles([[3.0, 0.0, 0.0], [0.1, 0.0, 0.0]], np.zeros((2, 3)))
+    with pytest.raises(InvalidInput, match="position of particle 1 is inside A"):
+        system.fly(state, inside, 1.0, output=output)

@@ -139,3 +139,34 @@ def test_a_tumbling_polyhedron_lands():
     run = landing(octahedron(1.0, 0.8, 0.6), octahedron(0.5, 0.4, 0.3), 1e-7, integrator=quick)
     close(run.energy, run.energy[0], 1e-7)
     close(run.angular_momentum, run.angular_momentum[0], 1e-7, scale=np.abs(run.angular_momentum).max())
+
+
+def wedge(angle):
+    """A prism with an edge of this angle along z, at x = 1."""
+    y = 2.0 * np.tan(angle / 2.0)
+    corners = [[x, s * y, z] for x, s in ((1.0, 0.0), (-1.0, 1.0), (-1.0, -1.0)) for z in (-1.0, 1.0)]
+    faces = [[0, 2, 3], [0, 3, 1], [0, 1, 5], [0, 5, 4], [2, 4, 5], [2, 5, 3], [0, 4, 2], [1, 3, 5]]
+    return fullbody.Polyhedron(corners, faces)
+
+
+def fates(shape, places, velocities):
+    """Where particles land on a body too light to bend their straight paths, whose frame is put back."""
+    body = Body(shape, mass=1e-18, name="A")
+    frame = body.working_frame
+    turn = State([[0.0] * 3], [[0.0] * 3], attitude=[frame.attitude]).rotation_matrix[0]
+    at_rest = State([[0.0] * 3], [[0.0] * 3])
+    start = fullbody.Particles(np.array(frame.position) + places @ turn.T, velocities @ turn.T)
+    return fullbody.System([body], G=1.0).fly(at_rest, start, 3.0, output="ends").fate_time
+
+
+@pytest.mark.parametrize("angle", [10, 30, 60, 100])
+def test_a_pass_beyond_a_sharp_edge_is_no_landing(angle):
+    away = np.geomspace(1e-6, 6e-4, 30)
+    beside = np.linspace(-0.9, 0.9, 30)
+    sides = np.stack([1.0 + away, -np.ones(30), beside], axis=1)
+    assert np.isnan(fates(wedge(np.radians(angle)), sides, np.tile([0.0, 1.0, 0.0], (30, 1)))).all()
+    # Within it they land on the first face, where the wedge is so thick.
+    away = np.geomspace(1e-4, 1e-1, 30)
+    sides[:, 0] = 1.0 - away
+    found = fates(wedge(np.radians(angle)), sides, np.tile([0.0, 1.0, 0.0], (30, 1)))
+    close(found, 1.0 - away * np.tan(np.radians(angle) / 2.0), 1e-9)

@@ -363,3 +363,32 @@ def test_octahedra_keep_energy_and_momenta(integrator):
     close(run.angular_momentum, run.angular_momentum[0], 1e-10, scale=np.abs(run.angular_momentum[0]).max())
     momentum = sum(body.mass * run.velocity[:, k] for k, body in enumerate(bodies))
     close(momentum, momentum[0], 1e-14, scale=0.1)
+
+
+@pytest.mark.parametrize("thin", [1e-6, 1e-9, 1e-11])
+def test_thin_faces_in_a_plane_change_nothing(thin):
+    # A face cut at a point beside one of its corners: two of the three new faces are slivers.
+    vertices = np.array([[1.03, 0.11, 0.21], [-0.42, 0.93, 0.14], [-0.51, -0.72, 0.33], [0.12, 0.07, -0.81]])
+    faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]
+    a, b, c = faces[0]
+    new = vertices[a] + thin * (vertices[b] + vertices[c] - 2 * vertices[a])
+    count = len(vertices)
+    cut = np.vstack([faces[1:], [[a, b, count], [b, c, count], [c, a, count]]])
+    plain = fullbody.Body(fullbody.Polyhedron(vertices, faces), mass=1.0)
+    other = fullbody.Body(fullbody.Polyhedron(np.vstack([vertices, new]), cut), mass=1.0)
+    for point in ([2.0, 0.3, 0.4], [1.2, 0.1, 0.1], [0.5, 0.6, 0.7], [0.0, 0.1, 0.05]):
+        expected, found = (body.gravity(np.array(point), G=1.0) for body in (plain, other))
+        close(found.potential, expected.potential, 1e-13)
+        close(found.field, expected.field, 1e-13)
+
+
+@pytest.mark.parametrize("far", [50.0, 1e6, 1e12])
+def test_vertices_without_a_face_do_not_count(far):
+    shape = octahedron(1.0, 0.8, 0.6)
+    vertices, faces = shape.vertices, shape.faces
+    plain = fullbody.Polyhedron(vertices, faces)
+    other = fullbody.Polyhedron(np.vstack([vertices, [far, far, 0.0]]), faces)
+    assert other.volume == plain.volume
+    bodies = [fullbody.Body(shape, mass=1.0) for shape in (plain, other)]
+    first, second = (body.gravity([1.3, 0.2, 0.1], G=1.0) for body in bodies)
+    assert np.array_equal(first.field, second.field)

@@ -314,3 +314,24 @@ def test_sians_polyhedra_are_read(tmp_path):
     assert system.bodies[1] == plain.bodies[1]
     close(state.rotation_matrix, other.rotation_matrix, 1e-14)
     close(state.spin, other.spin, 1e-14)
+
+
+@pytest.mark.parametrize("separation", [2.6, 4.0, 8.0])
+@pytest.mark.parametrize(
+    "other", [fullbody.Ellipsoid(0.5, 0.4, 0.3), octahedron(0.5, 0.4, 0.3)], ids=["egg", "octahedron"]
+)
+def test_results_do_not_depend_on_what_was_computed_before(tmp_path, separation, other):
+    bodies = [fullbody.Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), fullbody.Body(other, mass=0.2, name="B")]
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State(
+        [[0.0, 0.0, 0.0], [separation, 0.3, 0.1]],
+        [[0.0, 0.0, 0.0], [0.0, 0.8, 0.1]],
+        attitude=[[1.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5]],
+        spin=[[0.1, 0.2, 0.3], [0.3, 0.1, 0.0]],
+    )
+    simulation = fullbody.Simulation(system, state)
+    simulation.integrate(0.5)
+    simulation.save(tmp_path / "simulation")
+    # In another process there is nothing from before; the file makes the shapes anew.
+    resumed = fullbody.Simulation.load(tmp_path / "simulation")
+    assert np.array_equal(resumed.integrate(2.0).position, simulation.integrate(2.0).position)
