@@ -70,8 +70,11 @@ impl Batch<'_, '_> {
             Contact::Remove => ((*x, *v), end, Place::Gone),
             Contact::Bounce { normal: along, tangential, rest } => {
                 let out = across * tangential - normal * (along * inwards);
+                // Where a particle at rest would be lifted, one that goes against the rotation may be pressed down, and would
+                // bounce without an end.
+                let coriolis = -2.0 * normal.dot(&pose.spin.cross(&out));
                 if -along * inwards < rest
-                    && self.pushes(index, body, (&place, &normal), [time; BLOCK])?[0] < 0.0
+                    && self.pushes(index, body, (&place, &normal), [time; BLOCK])?[0] + coriolis < 0.0
                 {
                     let lying = Place::On { body, place, normal, held: false };
                     let end = End { fate: Fate::Rest, ..end };

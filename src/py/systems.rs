@@ -224,7 +224,8 @@ impl PySystem {
     /// Names of the parameters that motions can be differentiated by.
     #[getter]
     fn parameters(&self) -> Vec<String> {
-        Parameter::all(self.inner.bodies(), self.inner.forces()).into_iter().map(|(name, _)| name).collect()
+        let all = Parameter::all(self.inner.bodies(), self.inner.forces()).into_iter().map(|(name, _)| name);
+        all.filter(|name| Parameter::named(name, &self.inner).is_ok()).collect()
     }
 
     /// Total, translational, rotational, potential.

@@ -113,6 +113,10 @@ def test_rotations_of_scipy():
         State.from_scipy(POSITION, VELOCITY, rotations[0])
 
 
+def thrown(way, **options):
+    return getattr(fullbody.Particles, way)(*fullbody.systems.kw4(), "Beta", speed=0.1, **options)
+
+
 @pytest.mark.parametrize(
     ("call", "what", "turns"),
     [
@@ -128,6 +132,10 @@ def test_rotations_of_scipy():
         (lambda x: Component(diameter=1, rotation_angle=x), "rotation_angle of a component is", 270),
         (lambda x: fullbody.frames.attitude(x, 0.1), "longitude of pole is", 120),
         (lambda x: fullbody.frames.attitude(0.1, 0.1, x), "angle is", 120),
+        (lambda x: State(POSITION, VELOCITY).rotated(1, [0, 0, 1], x), "angle is", 20),
+        (lambda x: thrown("from_surface", longitude=x, latitude=0.0), "longitude is", 270),
+        (lambda x: thrown("from_surface", longitude=0.0, latitude=0.0, azimuth=x, elevation=0.5), "azimuth is", 200),
+        (lambda x: thrown("ejecta", number=3, longitude=x, latitude=0.0), "longitude is", 270),
     ],
 )
 def test_angles_that_look_like_degrees(call, what, turns):

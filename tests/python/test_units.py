@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from astropy import constants
 from astropy import units as u
+from astropy.time import Time
 from support import worst
 
 KM_H_KG = ("km", "hour", "kg")
@@ -84,6 +85,18 @@ def test_output_times_as_quantities():
     run = system.integrate(state, 3600 * u.s, output=[0, 15, 60] * u.min)
     assert run.time.to_value(u.hour) == pytest.approx([0, 0.25, 1.0], abs=1e-15)
     assert system.integrate(state, -1 * u.hour).time[-1] == -1 * u.hour
+
+
+def test_differences_of_dates_are_times():
+    start = Time("2026-12-01T00:00:00", scale="tdb")
+    system, state = fullbody.systems.kw4(units=True, epoch=start)
+    later = Time("2026-12-01T06:00:00", scale="tdb")
+    run = system.integrate(state, later - system.epoch, output=start + [0, 3, 6] * u.hour - system.epoch)
+    assert run.time.to_value(u.hour) == pytest.approx([0.0, 3.0, 6.0], abs=1e-12)
+    with pytest.raises(fullbody.InvalidInput, match=r"until is the date 2026-12-01.*such as date - system\.epoch"):
+        system.integrate(state, later)
+    with pytest.raises(fullbody.InvalidInput, match="output is the date"):
+        system.integrate(state, 6.0, output=[start, later])
 
 
 def test_plain_numbers_are_in_the_systems_units():

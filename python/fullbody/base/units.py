@@ -144,7 +144,7 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
         return from_text(value, what, dimension)
     refuse_masked(value, what)
     if not isinstance(value, list | tuple):
-        return _bare(value)
+        return _bare(value, what)
     parts = [gathered(part, what, dimension) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
@@ -159,8 +159,13 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
 
 
-def _bare(value: Any) -> Any:
-    """The Quantity of a table's column, whose unit numpy would drop, or the array under an empty mask."""
+def _bare(value: Any, what: str) -> Any:
+    """The Quantity of a time between dates or of a table's column, whose unit numpy would drop; no empty mask."""
+    if hasattr(value, "jd1"):
+        if not hasattr(value, "to"):
+            expected = "the time since the system's epoch, such as date - system.epoch"
+            raise InvalidInput(f"{what} is the date {value}; expected {expected}")
+        return value.to("day")
     if getattr(value, "unit", None) is not None and hasattr(value, "quantity"):
         value = value.quantity
     return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)

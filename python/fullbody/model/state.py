@@ -362,6 +362,11 @@ class State(Tabled):
         InvalidInput
             As :meth:`kick`, and for an axis of length zero.
 
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
         Examples
         --------
         Dimorphos swung by ten degrees about its pole:
@@ -377,6 +382,7 @@ class State(Tabled):
         way = self._axes(index, along, about, "rotated") @ directions(axis, "axis", one=True)
         attitude = self._core.attitude
         turn = rotations.about(way, Units().number(angle, "angle", "angle"))
+        doubt_radians(angle, "angle")
         attitude[index] = rotations.product(turn, attitude[index])
         return self.replace(attitude=attitude)
 

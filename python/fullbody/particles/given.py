@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import doubt_radians, integer, named_options
 from ..base.units import Units, gathered, is_quantity
 from ..base.values import same
 from ..errors import InvalidInput
@@ -157,6 +157,11 @@ class Particles:
         Particles
             As many as the arguments have when they are broadcast to one shape.
 
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
         Examples
         --------
         >>> import fullbody
@@ -168,6 +173,8 @@ class Particles:
         ground = Ground(system, state, body)
         angles = {"longitude": longitude, "latitude": latitude, "azimuth": azimuth, "elevation": elevation}
         numbers = {name: system._units.strip(value, "angle", name) for name, value in angles.items()}
+        for name, value in angles.items():
+            doubt_radians(value, name)
         numbers["speed"] = system._units.strip(speed, "velocity", "speed")
         return cls(*thrown(ground, **numbers), area_to_mass)
 
@@ -211,6 +218,11 @@ class Particles:
         Returns
         -------
         Particles
+
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
         """
         count = integer(number)
         if count is None or count < 1:
@@ -222,6 +234,7 @@ class Particles:
         azimuth, elevation = cone(count, opening, bool(filled), seed)
         place = {"longitude": longitude, "latitude": latitude}
         numbers = {name: units.number(value, "angle", name) for name, value in place.items()}
+        doubt_radians(longitude, "longitude")
         speeds = units.strip(speed, "velocity", "speed")
         if speeds.ndim and speeds.shape != (count,):
             raise InvalidInput(f"speed has shape {speeds.shape}; expected one number, or ({count},)")

@@ -14,7 +14,7 @@ from ..base.units import scalar
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
-from .events import ParticleEvent
+from .events import ParticleEvent, Shadow
 from .flight import Flight
 from .given import Particles
 from .rules import Bounce, Escape, Radiation
@@ -61,8 +61,11 @@ class Pushing:
         if threads is not None and ((count := integer(threads)) is None or count < 1):
             raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
         self._threads = threads
-        if self._radiation is None and self._numbers[2].any():
+        lit = self._numbers[2].any()
+        if self._radiation is None and lit:
             caution("the particles have an area_to_mass, and no light acts on them: radiation is not given")
+        if self._radiation is not None and not lit and not any(isinstance(event, Shadow) for event in self.events):
+            caution("radiation is given, and no particle has an area_to_mass: light does not act on them")
         for force in system.forces:
             if force._kind == "Function":
                 caution(f"{force.name} is a function of the bodies' states, which particles do not feel")

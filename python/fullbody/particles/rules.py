@@ -37,8 +37,8 @@ class Bounce(ScalarFields):
 
     The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by
     ``tangential``. A particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest,
-    unless it is pushed outwards: sliding is not modelled. At rest it moves with the surface, and it lifts off when the
-    acceleration relative to the surface points outwards.
+    unless the forces push it outwards as it moves: sliding is not modelled. At rest it moves with the surface, and it
+    lifts off when the acceleration relative to the surface points outwards.
 
     Parameters
     ----------

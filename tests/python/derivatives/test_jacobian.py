@@ -160,3 +160,12 @@ def test_units_and_names():
     with pytest.raises(fullbody.InvalidInput, match="mass of Alpha"):
         system.jacobian(state, ["mass of Gamma"])
     assert points(1.0, 1.0).parameters == ("G", "mass of body 0", "mass of body 1")
+
+
+def test_every_parameter_that_is_named_is_taken():
+    for options in ({"sun": True}, {"gravity": "multipole:4"}, {}):
+        system, state = fullbody.systems.didymos(**options)
+        # Semi-axes have no derivatives beside a third body, and by the series.
+        assert ("semi-axis a of Dimorphos" in system.parameters) == (not options)
+        run = system.integrate(state, 0.1, output="ends", derivatives=system.parameters)
+        assert set(run.sensitivity) == set(system.parameters)

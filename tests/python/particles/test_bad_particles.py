@@ -1,5 +1,7 @@
 """Particles and options that mean nothing are refused, by the particle's place."""
 
+import warnings
+
 import fullbody
 import numpy as np
 import pytest
@@ -190,3 +192,15 @@ def test_refusals_are_the_same_with_any_output(output):
     inside = fullbody.Particles([[3.0, 0.0, 0.0], [0.1, 0.0, 0.0]], np.zeros((2, 3)))
     with pytest.raises(InvalidInput, match="position of particle 1 is inside A"):
         system.fly(state, inside, 1.0, output=output)
+
+
+def test_light_on_particles_without_an_area_is_warned_of():
+    """Unless the source is there for the shadows."""
+    system, state = fullbody.systems.didymos(units=True, sun=True)
+    dark = Particles([["3 km", "0 km", "0 km"]], [["0 km/h", "0.4 km/h", "0 km/h"]])
+    light = fullbody.particles.Radiation("Sun")
+    with pytest.warns(fullbody.InconsistentInput, match="no particle has an area_to_mass"):
+        system.fly(state, dark, 0.1, radiation=light)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        system.fly(state, dark, 0.1, radiation=light, events=[Shadow()])

@@ -90,6 +90,19 @@ def test_a_particle_comes_to_rest_and_turns_with_its_body():
     assert flight.velocity[1, 0] == pytest.approx([-0.3 * last[1], 0.3 * last[0], 0.0], abs=1e-11)
 
 
+def test_a_bounce_against_a_rotation_that_would_lift_what_rests_has_an_end():
+    """At rest in space it is pressed down; at rest on the body it is thrown off, with the speed of the surface."""
+    system, state = lone(spin=(0.0, 0.0, 1.2))
+    start = fullbody.Particles([[1.001, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
+    flight = system.fly(state, start, 2.0, "ends", contact=fullbody.particles.Bounce(normal=0.5, rest=1e-3))
+    # It strikes at 0.0447, and at half of the speed before each time, until it leaves at less than 0.001.
+    assert flight.strikes.tolist() == [6]
+    assert flight.fate.tolist() == ["flying"]
+    position, velocity = flight.position[-1, 0], flight.velocity[-1, 0]
+    assert np.cross(position, velocity)[2] == pytest.approx(1.2, rel=1e-9)
+    assert velocity @ velocity / 2.0 - 1.0 / np.linalg.norm(position) == pytest.approx(1.2**2 / 2.0 - 1.0, rel=1e-9)
+
+
 def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
     bodies = [
         fullbody.Body(fullbody.Sphere(1.0), mass=0.02, name="A"),
