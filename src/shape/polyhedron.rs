@@ -68,6 +68,9 @@ impl PartialEq for Polyhedron {
 type Kept = Mutex<Vec<(Key, Arc<Vec<f64>>)>>;
 type Key = (usize, u64, Option<Discriminant<Arch>>);
 
+/// The most of them that are kept of a solid: sizes may be many.
+const MOST_KEPT: usize = 16;
+
 /// What was asked for before, or is made now; nothing is kept where another thread has panicked.
 fn kept(kept: &Kept, key: Key, make: impl FnOnce() -> Result<Vec<f64>>) -> Result<Arc<Vec<f64>>> {
     let found = kept.lock().ok().and_then(|kept| kept.iter().find(|(other, _)| *other == key).cloned());
@@ -76,6 +79,9 @@ fn kept(kept: &Kept, key: Key, make: impl FnOnce() -> Result<Vec<f64>>) -> Resul
     }
     let values = Arc::new(make()?);
     if let Ok(mut kept) = kept.lock() {
+        if kept.len() == MOST_KEPT {
+            kept.remove(0);
+        }
         kept.push((key, values.clone()));
     }
     Ok(values)

@@ -346,6 +346,15 @@ def test_gubas_numbers_name_the_line(tmp_path, line, new, what):
         fullbody.read_gubas(path)
 
 
+def test_a_semi_axis_of_gubas_that_is_lost_in_km(tmp_path):
+    lines = (DATA / "gubas_ic_input.txt").read_text().splitlines()
+    lines[4] = "5e-324"
+    path = tmp_path / "ic_input.txt"
+    path.write_text("\n".join(lines))
+    with pytest.raises(fullbody.InvalidInput, match=r"ic_input\.txt: semi-axis a is 0\.0; expected .* above zero"):
+        fullbody.read_gubas(path)
+
+
 # REBOUND
 
 

@@ -74,6 +74,8 @@ def test_repr_tells_what_it_is():
         assert word in repr(state)
     assert "km" in repr(example(units=True)[1])
     assert "a=2.0" in repr(KeplerElements(2.0, 0, 0, 0, 0, 0))
+    # The smallest double, whose power of ten is none.
+    assert "nan" not in repr(State([[5e-324, 0, 0]], [[0, 0, 0]]))
 
 
 def test_defaults():

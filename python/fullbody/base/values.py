@@ -41,7 +41,9 @@ def _rounded(value: Any) -> Any:
     plain = np.asarray(getattr(value, "value", value))
     largest = np.abs(plain).max(axis=-1, keepdims=True)
     with np.errstate(divide="ignore"):
-        scale = np.where(largest > 0.0, 10.0 ** np.floor(np.log10(largest)), 1.0)
+        scale = 10.0 ** np.floor(np.log10(largest))
+    # Neither of a largest component of zero, nor of one so small that its power of ten is no double.
+    scale = np.where(scale > 0.0, scale, 1.0)
     # Zero is added since it turns -0 into 0.
     rounded = np.round(plain / scale, 6) * scale + 0.0
     return rounded << value.unit if is_quantity(value) else rounded

@@ -22,7 +22,7 @@ from ..errors import InvalidInput
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, Sphere
 from ._gubas_forces import Deformed, Orbit, Outside
-from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text
+from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text, naming
 
 _Array = npt.NDArray[np.float64]
 _Shape = Ellipsoid | Sphere | Polyhedron
@@ -342,7 +342,8 @@ def read_numbers(path: Any) -> Start:
         # Only the first axis of a sphere counts.
         kinds = [POSITIVE if shapes[body] or k == 0 else NUMBER for k in range(3)]
         axes = [value(4 + 3 * body + k, "a semi-axis", kind) / 1000.0 for k, kind in enumerate(kinds)]
-        return Ellipsoid(*axes) if shapes[body] else Sphere(axes[0])
+        with naming(path):
+            return Ellipsoid(*axes) if shapes[body] else Sphere(axes[0])
 
     return Start(
         G=value(0, "G", NOT_NEGATIVE),

@@ -110,15 +110,17 @@ class Table:
     def _plain(self, key: str, item: Any, what: str, dimension: str | None) -> float:
         if isinstance(item, str) and dimension is not None:
             try:
-                return scalar(self.units.strip(item, dimension, key), key)
+                number: Any = scalar(self.units.strip(item, dimension, key), key)
             except InvalidInput as error:
                 raise self.fault(key, str(error).removeprefix(f"{key} ")) from error
-        if isinstance(item, bool) or not isinstance(item, int | float):
+        elif isinstance(item, bool) or not isinstance(item, int | float):
             raise self.fault(key, f"is {item!r}; expected {_expected(what, dimension)}")
-        if not abs(item) <= sys.float_info.max:
+        else:
+            number = item
+        if not abs(number) <= sys.float_info.max:
             # Cut short in the middle where it has hundreds of digits.
             raise self.fault(key, f"is {reprlib.repr(item)}; expected a finite number")
-        return float(item)
+        return float(number)
 
     def only(self, *known: str) -> Table:
         """Refuse keys other than these, before a misspelt one is reported as missing."""

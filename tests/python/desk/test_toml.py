@@ -149,6 +149,7 @@ def test_rates_periods_times_and_starts(tmp_path):
         ('until = "1 day"', "", r"run\.until: is missing; expected a number, or text with a unit"),
         ('until = "1 day"', 'until = "10"', r"run\.until: is '10', which has no unit; .*such as '10 h', or a number"),
         ('until = "1 day"', 'until = "1 km"', r"run\.until: .*unit km; expected a unit such as h"),
+        ('until = "1 day"', 'until = "1e308 day"', r"run\.until: is '1e308 day'; expected a finite number"),
         ("[run]", "[runn]", r"runn: is no key of this table; did you mean 'run'\?"),
         ("[run]", "[extra]\n[run]", r"extra: is no key of this table"),
         ("[run]", '[run]\norigin = "sun"', r"run\.origin: is 'sun'; expected one of 'given', 'barycentre'"),
