@@ -33,7 +33,7 @@ pub(super) struct OfPair {
 
 impl Parameter {
     /// The parameters by their names.
-    pub fn all(bodies: &[Body], forces: &[Force]) -> Vec<(String, Self)> {
+    fn all(bodies: &[Body], forces: &[Force]) -> Vec<(String, Self)> {
         let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
         for (k, body) in bodies.iter().enumerate() {
             all.push((format!("mass of {}", body.name), Self::Mass(k)));
@@ -64,26 +64,38 @@ impl Parameter {
         all
     }
 
+    /// Those that a system can be differentiated by, with their names.
+    pub fn of(system: &System) -> Vec<(String, Self)> {
+        let all = Self::all(system.bodies(), system.forces());
+        all.into_iter().filter(|(name, parameter)| parameter.refusal(name, system).is_none()).collect()
+    }
+
     /// The parameter of a name, refused where the system has no derivative by it.
     pub fn named(name: &str, system: &System) -> Result<Self> {
         let all = Self::all(system.bodies(), system.forces());
         let Some((_, parameter)) = all.iter().find(|(known, _)| known == name) else {
-            let known: Vec<_> = all.iter().map(|(name, _)| format!("{name:?}")).collect();
+            let known: Vec<_> = Self::of(system).iter().map(|(name, _)| format!("{name:?}")).collect();
             let expected = format!("one of {}", known.join(", "));
             return Err(Error::invalid("parameter", format!("{name:?}"), expected));
         };
-        let refused = |with: String, expected: &str| {
-            Err(Error::invalid("derivatives", format!("by the {name} with {with}"), expected))
+        parameter.refusal(name, system).map_or(Ok(*parameter), Err)
+    }
+
+    /// Why a system has no derivative by it.
+    fn refusal(self, name: &str, system: &System) -> Option<Error> {
+        self.semi_axis()?;
+        let refused = |with: String, expected| {
+            Some(Error::invalid("derivatives", format!("by the {name} with {with}"), expected))
         };
         let third = system.forces().iter().find(|force| matches!(force, Force::ThirdBody(_)));
-        match (parameter.semi_axis(), third, system.settings().gravity) {
-            (Some(_), Some(force), _) => {
+        match (third, system.settings().gravity) {
+            (Some(force), _) => {
                 refused(format!("the force {}", force.name()), "a system without third bodies for it")
             }
-            (Some(_), None, method @ Method::Multipole(_)) => {
+            (None, method @ Method::Multipole(_)) => {
                 refused(format!("gravity=\"{method}\""), "gravity=\"focal\" or \"surface\" for it")
             }
-            _ => Ok(*parameter),
+            _ => None,
         }
     }
 

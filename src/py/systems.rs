@@ -224,8 +224,7 @@ impl PySystem {
     /// Names of the parameters that motions can be differentiated by.
     #[getter]
     fn parameters(&self) -> Vec<String> {
-        let all = Parameter::all(self.inner.bodies(), self.inner.forces()).into_iter().map(|(name, _)| name);
-        all.filter(|name| Parameter::named(name, &self.inner).is_ok()).collect()
+        Parameter::of(&self.inner).into_iter().map(|(name, _)| name).collect()
     }
 
     /// Total, translational, rotational, potential.

@@ -12,6 +12,7 @@ mod distance;
 mod ellipsoid;
 mod frame;
 mod gap;
+mod kept;
 mod mesh;
 mod meeting;
 mod part;

@@ -11,6 +11,7 @@
 
 use super::distance::{angle_at, between_triangles, closest_point};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
+use super::kept::{Kept, kept};
 use super::mesh::{Edge, check, check_solid, solid_angle, sums};
 use super::tree::{Block, Tree};
 use crate::error::{Error, Result};
@@ -20,9 +21,9 @@ use crate::math::{Mat3, Vec3, monomials, triangle};
 use crate::patience::Patience;
 use pulp::Arch;
 use std::cell::Cell;
-use std::mem::{Discriminant, discriminant};
+use std::mem::discriminant;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 
 /// Highest degree of the monomials whose means are computed.
 const MOST_POWERS: usize = 18;
@@ -62,29 +63,6 @@ impl PartialEq for Polyhedron {
         self.scale == other.scale
             && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
     }
-}
-
-/// Moments by degree, scale and instructions: with those of others results would depend, by rounding, on what was asked for before.
-type Kept = Mutex<Vec<(Key, Arc<Vec<f64>>)>>;
-type Key = (usize, u64, Option<Discriminant<Arch>>);
-
-/// The most of them that are kept of a solid: sizes may be many.
-const MOST_KEPT: usize = 16;
-
-/// What was asked for before, or is made now; nothing is kept where another thread has panicked.
-fn kept(kept: &Kept, key: Key, make: impl FnOnce() -> Result<Vec<f64>>) -> Result<Arc<Vec<f64>>> {
-    let found = kept.lock().ok().and_then(|kept| kept.iter().find(|(other, _)| *other == key).cloned());
-    if let Some((_, values)) = found {
-        return Ok(values);
-    }
-    let values = Arc::new(make()?);
-    if let Ok(mut kept) = kept.lock() {
-        if kept.len() == MOST_KEPT {
-            kept.remove(0);
-        }
-        kept.push((key, values.clone()));
-    }
-    Ok(values)
 }
 
 impl Solid {
@@ -158,8 +136,8 @@ impl Polyhedron {
             volume,
             vertices,
             checked: AtomicBool::new(false),
-            moments: Mutex::default(),
-            monomials: Mutex::default(),
+            moments: Kept::default(),
+            monomials: Kept::default(),
         };
         Ok(Self { solid: Arc::new(solid), scale: 1.0 })
     }

@@ -155,6 +155,8 @@ def test_angles_that_have_gone_on_for_turns_are_let_be():
         doubts(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]])) == []
     )
     assert doubts(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
+    # That of a hyperbola is no angle.
+    assert doubts(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
 
 
 def escape(mass, distance):

@@ -120,7 +120,9 @@ class KeplerElements(Generic[_T], Tabled):
             object.__setattr__(self, name, numbers(value, name) if plain else value)
         # Any mu will do to have the core check the rest.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
-        for name in ("Omega", "omega", "M"):
+        # The mean anomaly of a hyperbola is no angle.
+        bound = np.all(np.asarray(self.e, dtype=np.float64) < 1.0)
+        for name in ("Omega", "omega", "M") if bound else ("Omega", "omega"):
             doubt_radians(getattr(self, name), name)
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -167,5 +167,8 @@ def test_every_parameter_that_is_named_is_taken():
         system, state = fullbody.systems.didymos(**options)
         # Semi-axes have no derivatives beside a third body, and by the series.
         assert ("semi-axis a of Dimorphos" in system.parameters) == (not options)
+        with pytest.raises(fullbody.InvalidInput, match="mass of X") as caught:
+            system.jacobian(state, ["mass of X"])
+        assert ("semi-axis a" in str(caught.value)) == (not options)
         run = system.integrate(state, 0.1, output="ends", derivatives=system.parameters)
         assert set(run.sensitivity) == set(system.parameters)
