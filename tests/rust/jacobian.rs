@@ -140,8 +140,7 @@ fn departures_allocate_nothing_within_a_step() {
         let mut dynamics = system.dynamics(&frame, endless).unwrap();
         dynamics.prepare(0.0, &y, 0.1, endless).unwrap();
         dynamics.prepare_variations(0.0, endless).unwrap();
-        let names = Parameter::all(system.bodies(), system.forces());
-        let all = names.iter().filter_map(|(name, _)| Parameter::named(name, &system).ok()).collect();
+        let all = Parameter::of(&system).into_iter().map(|(_, parameter)| parameter).collect();
         let mut variations = Variations::new(&dynamics, all).unwrap();
         let columns = variations.start();
         let mut collocation = Collocation::new(&variations, 9);
