@@ -3,6 +3,7 @@
 use super::{Dynamics, Rejected};
 use crate::environment::{BOOK, LoadSlopes, Scene};
 use crate::error::Result;
+use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use pulp::{Scalar, Simd, WithSimd};
 
@@ -55,6 +56,17 @@ impl Dynamics {
         let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
         self.outside.load(Scalar, scene, &mut ())?;
         self.outside.slopes(scene, slopes)
+    }
+
+    /// The derivatives of what third bodies do to a body by its semi-axes, at the vector of the last evaluation.
+    pub(super) fn by_axes_outside(
+        &mut self,
+        time: f64,
+        y: &[f64],
+        body: usize,
+        pull: &mut ExtendedPull,
+    ) -> Result<[[Vec3; 2]; 3]> {
+        self.outside.by_axes(self.frame.scene(time, y, &self.rotation, &self.attitude), body, pull)
     }
 
     /// The bodies of the vector of the last evaluation, or of one with the same attitudes.

@@ -83,20 +83,10 @@ impl Parameter {
 
     /// Why a system has no derivative by it.
     fn refusal(self, name: &str, system: &System) -> Option<Error> {
-        self.semi_axis()?;
-        let refused = |with: String, expected| {
-            Some(Error::invalid("derivatives", format!("by the {name} with {with}"), expected))
-        };
-        let third = system.forces().iter().find(|force| matches!(force, Force::ThirdBody(_)));
-        match (third, system.settings().gravity) {
-            (Some(force), _) => {
-                refused(format!("the force {}", force.name()), "a system without third bodies for it")
-            }
-            (None, method @ Method::Multipole(_)) => {
-                refused(format!("gravity=\"{method}\""), "gravity=\"focal\" or \"surface\" for it")
-            }
-            _ => None,
-        }
+        let method = system.settings().gravity;
+        let refused = self.semi_axis().is_some() && matches!(method, Method::Multipole(_));
+        let found = || format!("by the {name} with gravity=\"{method}\"");
+        refused.then(|| Error::invalid("derivatives", found(), "gravity=\"focal\" or \"surface\" for it"))
     }
 
     /// Whether it changes a mass.

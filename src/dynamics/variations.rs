@@ -14,6 +14,7 @@ use super::products::DEPTH;
 use super::{Dynamics, Parameter};
 use crate::environment::{Environment, LoadSlopes};
 use crate::error::{Error, Result};
+use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::patience::Patience;
@@ -44,6 +45,8 @@ pub struct Variations {
     pub(super) torque: Vec<Vec3>,
     /// For every parameter the body whose moments change with it, and their derivatives.
     by_inertia: Vec<Option<(usize, Vec3)>>,
+    /// For every parameter that is a semi-axis, beside third bodies, how the body's pull depends on it.
+    pulls: Vec<Option<(usize, usize, Box<ExtendedPull>)>>,
     /// Columns of initial departures.
     pub(super) initial: usize,
     /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
@@ -57,7 +60,13 @@ impl Variations {
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
         let bodies = dynamics.system.bodies();
         let by_inertia = parameters.iter().map(|parameter| parameter.of_inertia(bodies)).collect();
-        Ok(Self { initial: 2 * all.half(), parameters, by_inertia, forcing, ..all })
+        let pulled = |parameter: &Parameter| {
+            let (body, axis) = parameter.semi_axis().filter(|_| dynamics.outside().has_third_body())?;
+            let pull = ExtendedPull::of_ellipsoid(&bodies[body].parts()[0].shape)?;
+            Some((body, axis, Box::new(pull)))
+        };
+        let pulls = parameters.iter().map(pulled).collect();
+        Ok(Self { initial: 2 * all.half(), parameters, by_inertia, pulls, forcing, ..all })
     }
 
     /// For one departure alone.
@@ -88,6 +97,7 @@ impl Variations {
             torque: vec![Vec3::zeros(); bodies],
             initial: 1,
             by_inertia: Vec::new(),
+            pulls: Vec::new(),
             forcing: Vec::new(),
             parameters: Vec::new(),
         })
@@ -193,6 +203,7 @@ impl Variations {
         if self.free {
             dynamics.slopes_outside(time, y, &mut self.slopes)?;
             self.force_outside(&dynamics.outside, g);
+            self.force_by_axes(dynamics, time, y)?;
         }
         self.force_by_inertia();
         let (mut by_place, mut by_motion) =
@@ -219,6 +230,17 @@ impl Variations {
                 forcing[1] += turning * factor;
             }
         }
+    }
+
+    /// What semi-axes do to the loads of third bodies.
+    fn force_by_axes(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
+        for (pull, forcing) in self.pulls.iter_mut().zip(self.forcing.chunks_exact_mut(self.bodies)) {
+            let Some((body, axis, pull)) = pull else { continue };
+            let [force, torque] = dynamics.by_axes_outside(time, y, *body, pull)?[*axis];
+            forcing[*body][0] += force / self.masses[*body];
+            forcing[*body][1] += over(&torque, &self.inertia[*body]);
+        }
+        Ok(())
     }
 
     /// What a semi-axis does to a body's own moments in Euler's equations.

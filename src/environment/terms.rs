@@ -4,6 +4,7 @@ use super::{
     Force, Load, LoadSlopes, PointPull, Scene, Switch, TakeLoads, function, radiation, third_body, tide,
 };
 use crate::error::{Error, Result};
+use crate::gravity::ExtendedPull;
 use crate::math::Vec3;
 use crate::math::rotation::turned;
 use crate::shape::Body;
@@ -192,6 +193,17 @@ impl Environment {
             }
         }
         Ok(())
+    }
+
+    /// The derivatives of what third bodies do to a body by its semi-axes, at its mass: force, inertial, and torque, in its frame.
+    pub fn by_axes(&mut self, scene: Scene, body: usize, pull: &mut ExtendedPull) -> Result<[[Vec3; 2]; 3]> {
+        let mut sums = [[Vec3::zeros(); 2]; 3];
+        for Term { law, .. } in &mut self.terms {
+            if let Law::ThirdBody(third) = law {
+                third.by_axes(scene, body, pull, &mut sums)?;
+            }
+        }
+        Ok(sums)
     }
 
     /// Whether a third body pulls.

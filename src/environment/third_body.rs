@@ -11,7 +11,7 @@
 
 use super::{Load, LoadSlopes, Scene, Triple};
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::gravity::{BodyPull, slopes_of_point};
+use crate::gravity::{BodyPull, ExtendedPull, slopes_of_point};
 use crate::math::Vec3;
 use crate::math::matrix::{times, times_cross, times_transposed};
 use crate::math::rotation::{turned, turned_back};
@@ -256,6 +256,27 @@ impl Pull {
             slopes.add(turn, centre, &by_place, strength);
             slopes.add(centre, turn, &by_place.transpose(), strength);
             slopes.add(turn, turn, &times_cross(&turning, &x), strength);
+        }
+        Ok(())
+    }
+}
+
+impl Pull {
+    /// Adds the derivatives of the force on a body, inertial, and of the torque, in its frame, by its semi-axes: with [`Self::slopes`]'
+    /// terms -mu m R dg/da_i and -mu m x cross dg/da_i.
+    pub fn by_axes(
+        &mut self,
+        scene: Scene,
+        body: usize,
+        extended: &mut ExtendedPull,
+        sums: &mut [[Vec3; 2]; 3],
+    ) -> Result<()> {
+        let Place { position: p, .. } = self.position(Scalar, scene.time)?;
+        let (rotation, strength) = (&scene.rotation[body], self.mu * self.bodies[body].mass);
+        let x = turned_back(rotation, &(p - scene.place(body)));
+        for (slope, [force, torque]) in extended.by_axes(&x).iter().zip(sums) {
+            *force -= turned(rotation, slope) * strength;
+            *torque -= x.cross(slope) * strength;
         }
         Ok(())
     }

@@ -97,6 +97,35 @@ impl<S: Simd, const N: usize> PointField<S, N> {
     }
 }
 
+impl<S: Simd, const N: usize> PointField<S, N> {
+    /// The derivatives of the field by the semi-axes at a point outside, dg_j/da_i over a_i in row i, with n and f of [`Self::bend`] and
+    /// the R_ij of [`FieldKernel::second`]: x_j R_ij - f n_i^2 n_j for i other than j, and
+    /// x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3.
+    #[inline(always)]
+    pub fn by_axes(
+        &self,
+        x: [Lanes<S, N>; 3],
+        (n, f): ([Lanes<S, N>; 3], Lanes<S, N>),
+        second: [Lanes<S, N>; 3],
+    ) -> [[Lanes<S, N>; 3]; 3] {
+        let [s1, s2, s3] = self.squares;
+        let product = s1 * s2;
+        let all = s1.constant(1.0) / (product * s3);
+        let inverse = [all * s3 * s2, all * s3 * s1, all * product];
+        // 3 / (sqrt(s_1 s_2 s_3)) = f S.
+        let last = f * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        let mut rows = [x; 3];
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let falling = f * n[i] * n[i];
+            rows[i][i] = x[i] * (last * inverse[i] - second[j] - second[k]) - falling * n[i];
+            rows[i][j] = x[j] * second[k] - falling * n[j];
+            rows[i][k] = x[k] * second[j] - falling * n[k];
+        }
+        rows
+    }
+}
+
 /// f n_i n_j - R_i delta_ij: xx, xy, xz, yy, yz, zz.
 #[inline(always)]
 fn bent<S: Simd, const N: usize>(

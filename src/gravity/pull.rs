@@ -32,6 +32,11 @@ pub struct ExtendedPull {
 impl ExtendedPull {
     /// Of a shape; none of a point, and none of a sphere, whose field is that of a point.
     pub fn new(shape: &Shape) -> Option<Self> {
+        Self::of_ellipsoid(shape).filter(|pull| pull.quadrupole.amax() > 0.0)
+    }
+
+    /// Of an ellipsoid, also one with equal axes; none of another shape.
+    pub fn of_ellipsoid(shape: &Shape) -> Option<Self> {
         let Shape::Ellipsoid(ellipsoid) = shape else { return None };
         let [a, b, c] = ellipsoid.semi_axes();
         // Differences of squares as products: exact for nearly equal axes.
@@ -40,13 +45,7 @@ impl ExtendedPull {
         // The next moment is smaller by the deviation of the squares over |x|^2.
         let quadrupole_to = BEYOND_QUADRUPOLE / (5.0 * quadrupole.amax());
         let series = FarSeries::new(shape);
-        (quadrupole.amax() > 0.0).then_some(Self {
-            ellipsoid: *ellipsoid,
-            quadrupole,
-            quadrupole_to,
-            series,
-            known: None,
-        })
+        Some(Self { ellipsoid: *ellipsoid, quadrupole, quadrupole_to, series, known: None })
     }
 
     /// At a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3, for a strength in place of GM: g + x/|x|^3, and x cross g.
@@ -105,6 +104,21 @@ impl ExtendedPull {
         (back(gradient), back(turning))
     }
 
+    /// At a point `x` of the body frame outside: the derivatives of g by the semi-axes, per unit GM.
+    pub fn by_axes(&mut self, x: &Vec3) -> [Vec3; 3] {
+        let canonical = self.ellipsoid.canonical();
+        let x = turned(&canonical, x);
+        let [a, b, c] = self.ellipsoid.sorted();
+        let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
+        let rows = match self.cut(x.norm_squared() - a * a) {
+            Some(cut) => by_axes_at(self.series.cut(cut), lanes),
+            None => by_axes_at(Near::new(&self.ellipsoid, 0.0), lanes),
+        };
+        let by = transposed_times(&canonical, &(Mat3::from_diagonal(&Vec3::new(a, b, c)) * rows));
+        let by = times(&by, &canonical);
+        [0, 1, 2].map(|axis| by.row(axis).transpose())
+    }
+
     /// How much of the series a distance needs, where kappa >= `kappa_min`. It depends on the binary exponent alone, so that
     /// results do not depend on what was asked before.
     fn cut(&mut self, kappa_min: f64) -> Option<FarCut> {
@@ -127,6 +141,13 @@ fn slopes_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> (Mat3, Mat3) {
     let turning =
         field.turning(x, field.bend(x), kernel.square_differences()).map(|row| row.map(Lanes::first));
     (Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz), Mat3::from(turning).transpose())
+}
+
+/// Over each semi-axis, a row of them.
+fn by_axes_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> Mat3 {
+    let (field, second) = kernel.second(x);
+    let rows = field.by_axes(x, field.bend(x), second).map(|row| row.map(Lanes::first));
+    Mat3::from(rows).transpose()
 }
 
 /// The slopes of the field of a point, which turns nothing.

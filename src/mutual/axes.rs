@@ -9,10 +9,7 @@
 //! dF/da_i = (a_i/5) <T e_i e_i>',   dM/da_i = (a_i/5) <z x T e_i e_i + 2 e_i x H e_i>'.
 //! ```
 //!
-//! Of the field body: with R_ij = (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2) (t+a_j^2)) from kappa on,
-//!
-//!   dg_j/da_i = a_i (x_j R_ij - f n_i^2 n_j) for i other than j,
-//!   dg_i/da_i = a_i (x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3).
+//! Those of the field body have no 0/0 either, see [`PointField::by_axes`](crate::gravity::PointField::by_axes).
 //!
 //! The field body's torque follows from M + N + o x F = 0.
 
@@ -245,20 +242,11 @@ impl<S: Simd> Running<S> {
         for k in 0..5 {
             self.gradients[k].add_product(density, gradient[k]);
         }
-        // 3 / (sqrt(s_1 s_2 s_3)) = f S.
-        let last = f * level;
-        let mut by_axes = [c(0.0); 9];
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let falling = fn_[i] * n[i];
-            by_axes[3 * i + i] = x[i] * (last * inverse[i] - second[j] - second[k]) - falling * n[i];
-            by_axes[3 * i + j] = x[j] * second[k] - falling * n[j];
-            by_axes[3 * i + k] = x[k] * second[j] - falling * n[k];
-        }
+        let by_axes = field.by_axes(x, (n, f), second);
         let shares = [weight, weight * u, weight * v];
         for m in 0..3 {
             for k in 0..9 {
-                self.axes[m][k].add_product(shares[m], by_axes[k]);
+                self.axes[m][k].add_product(shares[m], by_axes[k / 3][k % 3]);
             }
         }
     }

@@ -184,7 +184,7 @@ class BaseSystem(DescribedSystem):  # noqa: D101
         """Names of the numbers that motions can be differentiated by: ``"G"``, ``"mass of Alpha"`` and so on.
 
         ``"mass of"`` and ``"density of"`` are at a body's shape, ``"semi-axis a of"`` at its mass; ``"mu of"`` a third
-        body at its path. Semi-axes are among them only without third bodies, and not by ``gravity="multipole:N"``.
+        body at its path. Semi-axes are among them but by ``gravity="multipole:N"``.
 
         Examples
         --------

@@ -165,10 +165,94 @@ def test_units_and_names():
 def test_every_parameter_that_is_named_is_taken():
     for options in ({"sun": True}, {"gravity": "multipole:4"}, {}):
         system, state = fullbody.systems.didymos(**options)
-        # Semi-axes have no derivatives beside a third body, and by the series.
-        assert ("semi-axis a of Dimorphos" in system.parameters) == (not options)
+        # Semi-axes have no derivatives by the series.
+        exact = "gravity" not in options
+        assert ("semi-axis a of Dimorphos" in system.parameters) == exact
         with pytest.raises(fullbody.InvalidInput, match="mass of X") as caught:
             system.jacobian(state, ["mass of X"])
-        assert ("semi-axis a" in str(caught.value)) == (not options)
+        assert ("semi-axis a" in str(caught.value)) == exact
         run = system.integrate(state, 0.1, output="ends", derivatives=system.parameters)
         assert set(run.sensitivity) == set(system.parameters)
+
+
+TURN = [0.9, 0.1, 0.3, 0.3]
+
+
+def beside(axes, distance, mu=50.0):
+    """A pair beside a third body at rest at a distance, and its state; the second body has these semi-axes."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(*axes), mass=0.3, name="B"),
+    ]
+    path = np.tile(distance * np.array([0.6, 0.48, 0.64]), (4, 1))
+    sun = fullbody.forces.ThirdBody(mu=mu, times=[-10.0, 0.0, 5.0, 10.0], positions=path, of="body", name="Sun")
+    state = fullbody.State(
+        [[0, 0, 0], [4.0, 0, 0]], [[0, 0, 0], [0, 0.55, 0.05]], [[1, 0, 0, 0], TURN], [[0, 0.1, 0.5], [0.1, 0.05, 0.15]]
+    )
+    return fullbody.System(bodies, G=1.0, forces=[sun]), state
+
+
+def slopes_of_sun(axes, distance, axis):
+    """What a semi-axis does to the third body's share in the acceleration of B and in the rate of its spin."""
+    system, state = beside(axes, distance)
+    name = f"semi-axis {axis} of B"
+    with_sun, without = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
+    return with_sun[15:18] - without[15:18], with_sun[21:24] - without[21:24]
+
+
+def sunlit(axes, distance):
+    """That share itself."""
+    system, state = beside(axes, distance)
+    loads = system.loads(state)["Sun"]
+    return loads.force[1] / 0.3, loads.torque[1] / inertia(system.bodies[1])
+
+
+@pytest.mark.parametrize("distance", [5.0, 40.0])
+@pytest.mark.parametrize("axes", [(0.5, 0.4, 0.3), (0.3, 0.5, 0.4), (0.4, 0.4, 0.4)])
+def test_semi_axes_beside_a_third_body_by_differences(axes, distance):
+    for k, axis in enumerate("abc"):
+
+        def changed(by, k=k):
+            return sunlit([size + (by if place == k else 0.0) for place, size in enumerate(axes)], distance)
+
+        step = 2e-3 * axes[k]
+        weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
+        pairs = [(w, changed(m * step), changed(-m * step)) for m, w in weights]
+        for which, actual in enumerate(slopes_of_sun(axes, distance, axis)):
+            expected = sum(w * (above[which] - below[which]) for w, above, below in pairs) / step
+            # The force is mostly that on a point, in whose rounding the differences end.
+            rounding = 1e-14 * np.abs(sunlit(axes, distance)[which]).max() / step
+            assert np.abs(actual - expected).max() < 1e-10 * np.abs(expected).max() + rounding
+
+
+def test_semi_axes_beside_a_far_third_body():
+    """MacCullagh's torque 3 mu D x cross x / r^5 with D = diag(a^2, b^2, c^2) m / 5, where nothing else is left."""
+    axes, far = np.array([0.5, 0.4, 0.3]), 4e6
+    pair, _ = beside(axes, far)
+    system = fullbody.System([pair.bodies[1]], G=1.0, forces=pair.forces)
+    state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [TURN])
+    x = state.rotation_matrix[0].T @ (far * np.array([0.6, 0.48, 0.64]))
+    moments = (axes @ axes - axes**2) / 5.0
+    for k, axis in enumerate("abc"):
+        of_k = np.where(np.arange(3) == k, 2.0 * axes[k] / 5.0, 0.0)
+        slope, torque = (150.0 * np.cross(d * x, x) / np.linalg.norm(x) ** 5 for d in (of_k, axes**2 / 5.0))
+        expected = slope / moments - torque / moments**2 * (of_k.sum() - of_k)
+        name = f"semi-axis {axis} of B"
+        assert worst(system.jacobian(state, [name]).by_parameter[name][9:12], expected) < 1e-11
+
+
+def test_semi_axes_of_a_run_beside_a_third_body():
+    """By differences of fourth order of whole runs."""
+    axes, distance = (0.5, 0.4, 0.3), 12.0
+
+    def end(by):
+        system, state = beside((axes[0] + by, *axes[1:]), distance)
+        run = system.integrate(state, 3.0, output="ends", integrator=fullbody.Verner98(rtol=1e-14))
+        return np.concatenate([values[-1].ravel() for values in (run.position, run.velocity, run.spin)])
+
+    step = 5e-5
+    expected = (8.0 * (end(step) - end(-step)) - (end(2.0 * step) - end(-2.0 * step))) / (12.0 * step)
+    system, state = beside(axes, distance)
+    run = system.integrate(state, 3.0, output="ends", derivatives=["semi-axis a of B"])
+    found = run.sensitivity["semi-axis a of B"][-1].reshape(2, 4, 3)
+    assert worst(np.concatenate([found[:, k].ravel() for k in (0, 1, 3)]), expected) < 1e-9

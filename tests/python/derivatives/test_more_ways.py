@@ -174,8 +174,6 @@ def test_what_has_no_derivatives_is_refused_by_name():
         system.with_forces([drag]).integrate(state, 1.0, derivatives=True)
     with pytest.raises(fullbody.InvalidInput, match="multipole:4"):
         tumbling("multipole:4")[0].integrate(state, 1.0, derivatives=["semi-axis a of A"])
-    with pytest.raises(fullbody.InvalidInput, match="Sun"):
-        system.with_forces(outside()[:1]).integrate(state, 1.0, derivatives=["semi-axis a of A"])
 
 
 @pytest.mark.parametrize(
