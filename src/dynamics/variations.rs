@@ -45,8 +45,8 @@ pub struct Variations {
     pub(super) torque: Vec<Vec3>,
     /// For every parameter the body whose moments change with it, and their derivatives.
     by_inertia: Vec<Option<(usize, Vec3)>>,
-    /// For every parameter that is a semi-axis, beside third bodies, how the body's pull depends on it.
-    pulls: Vec<Option<(usize, usize, Box<ExtendedPull>)>>,
+    /// Beside third bodies those whose semi-axes are parameters, with their pull.
+    pulls: Vec<(usize, ExtendedPull)>,
     /// Columns of initial departures.
     pub(super) initial: usize,
     /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
@@ -60,12 +60,13 @@ impl Variations {
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
         let bodies = dynamics.system.bodies();
         let by_inertia = parameters.iter().map(|parameter| parameter.of_inertia(bodies)).collect();
-        let pulled = |parameter: &Parameter| {
-            let (body, axis) = parameter.semi_axis().filter(|_| dynamics.outside().has_third_body())?;
-            let pull = ExtendedPull::of_ellipsoid(&bodies[body].parts()[0].shape)?;
-            Some((body, axis, Box::new(pull)))
-        };
-        let pulls = parameters.iter().map(pulled).collect();
+        let of_axes =
+            |body: usize| parameters.iter().any(|p| p.semi_axis().is_some_and(|(of, _)| of == body));
+        let beside = dynamics.outside().has_third_body();
+        let pulled = bodies.iter().enumerate().filter(|(body, _)| beside && of_axes(*body));
+        let pulls = pulled
+            .filter_map(|(body, of)| Some((body, ExtendedPull::of_ellipsoid(&of.parts()[0].shape)?)))
+            .collect();
         Ok(Self { initial: 2 * all.half(), parameters, by_inertia, pulls, forcing, ..all })
     }
 
@@ -234,11 +235,15 @@ impl Variations {
 
     /// What semi-axes do to the loads of third bodies.
     fn force_by_axes(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
-        for (pull, forcing) in self.pulls.iter_mut().zip(self.forcing.chunks_exact_mut(self.bodies)) {
-            let Some((body, axis, pull)) = pull else { continue };
-            let [force, torque] = dynamics.by_axes_outside(time, y, *body, pull)?[*axis];
-            forcing[*body][0] += force / self.masses[*body];
-            forcing[*body][1] += over(&torque, &self.inertia[*body]);
+        for (body, pull) in &mut self.pulls {
+            let by_axes = dynamics.by_axes_outside(time, y, *body, pull)?;
+            for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies))
+            {
+                let Some((_, axis)) = parameter.semi_axis().filter(|(of, _)| of == body) else { continue };
+                let [force, torque] = by_axes[axis];
+                forcing[*body][0] += force / self.masses[*body];
+                forcing[*body][1] += over(&torque, &self.inertia[*body]);
+            }
         }
         Ok(())
     }

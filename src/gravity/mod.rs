@@ -58,12 +58,19 @@ impl<S: Simd, const N: usize> PointField<S, N> {
     #[inline(always)]
     pub fn bend(&self, x: [Lanes<S, N>; 3]) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
         let [s1, s2, s3] = self.squares;
-        // One division serves three reciprocals.
+        let ([i1, i2, i3], inverse) = self.reciprocals();
+        let n = [x[0] * i1, x[1] * i2, x[2] * i3];
+        (n, s1.constant(3.0) * inverse * (s1 * s2 * s3).sqrt() / dot(n, n))
+    }
+
+    /// 1/s_i, and 1/(s_1 s_2 s_3): one division serves them all.
+    #[inline(always)]
+    pub fn reciprocals(&self) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
+        let [s1, s2, s3] = self.squares;
         let product = s1 * s2;
-        let inverse = s1.constant(1.0) / (product * s3);
-        let last = inverse * s3;
-        let n = [x[0] * (last * s2), x[1] * (last * s1), x[2] * (inverse * product)];
-        (n, s1.constant(3.0) * inverse * (product * s3).sqrt() / dot(n, n))
+        let all = s1.constant(1.0) / (product * s3);
+        let last = all * s3;
+        ([last * s2, last * s1, all * product], all)
     }
 
     /// dg/dx at a point outside: xx, xy, xz, yy, yz, zz.
@@ -95,9 +102,7 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         }
         rows
     }
-}
 
-impl<S: Simd, const N: usize> PointField<S, N> {
     /// The derivatives of the field by the semi-axes at a point outside, dg_j/da_i over a_i in row i, with n and f of [`Self::bend`] and
     /// the R_ij of [`FieldKernel::second`]: x_j R_ij - f n_i^2 n_j for i other than j, and
     /// x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3.
@@ -108,10 +113,7 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         (n, f): ([Lanes<S, N>; 3], Lanes<S, N>),
         second: [Lanes<S, N>; 3],
     ) -> [[Lanes<S, N>; 3]; 3] {
-        let [s1, s2, s3] = self.squares;
-        let product = s1 * s2;
-        let all = s1.constant(1.0) / (product * s3);
-        let inverse = [all * s3 * s2, all * s3 * s1, all * product];
+        let (inverse, _) = self.reciprocals();
         // 3 / (sqrt(s_1 s_2 s_3)) = f S.
         let last = f * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         let mut rows = [x; 3];

@@ -199,10 +199,7 @@ impl<S: Simd> Running<S> {
         let c = |value: f64| weight.constant(value);
         let (field, second) = sum.kernel.second(x);
         let (n, f) = field.bend(x);
-        let [s1, s2, s3] = field.squares;
-        let product = s1 * s2;
-        let all = c(1.0) / (product * s3);
-        let inverse = [all * s3 * s2, all * s3 * s1, all * product];
+        let (inverse, _) = field.reciprocals();
         let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
         let level = square[0] + square[1] + square[2];
         let bent = square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
