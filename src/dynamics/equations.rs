@@ -2,6 +2,7 @@
 
 use super::actions::Actions;
 use super::layout::vector;
+use super::view::View;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
 use crate::environment::Environment;
 use crate::error::Result;
@@ -29,13 +30,10 @@ pub struct Dynamics {
     /// Parts in which it is made: links, and the nodes of their rules.
     pub(super) parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
-    /// Rotation matrices of the last vector, and its attitudes as quaternions where forces from outside want them.
-    pub(super) rotation: Vec<Mat3>,
-    pub(super) attitude: Vec<[f64; 4]>,
+    /// The bodies of the last vector.
+    pub(super) view: View,
     pub(super) acceleration: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
-    /// Where the barycentre nominally is.
-    pub(super) frame: BarycentricFrame,
     pub(super) outside: Environment,
     /// What they do together.
     pub(super) actions: Actions,
@@ -69,11 +67,9 @@ impl Dynamics {
             parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            rotation: vec![Mat3::identity(); n],
-            attitude: vec![[0.0; 4]; if outside.wants_attitudes() { n } else { 0 }],
+            view: View::new(*frame, outside.wants_attitudes()),
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
-            frame: *frame,
             outside,
             actions: Actions::none(system.bodies()),
             barycentre_acceleration: Vec3::zeros(),
@@ -93,7 +89,7 @@ impl Dynamics {
 
     /// The frame of the vectors.
     pub fn frame(&self) -> &BarycentricFrame {
-        &self.frame
+        &self.view.frame
     }
 
     /// The forces from outside.
@@ -240,12 +236,12 @@ impl Dynamics {
 
     /// Total angular momentum about the origin, of a vector at a time.
     pub fn angular_momentum(&self, time: f64, y: &[f64]) -> Vec3 {
-        invariants::angular_momentum_of_vector(&self.system.bodies, &self.frame, time, y)
+        invariants::angular_momentum_of_vector(&self.system.bodies, &self.view.frame, time, y)
     }
 
     pub(super) fn turn(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
-            self.rotation[body] = self.attitude(y, body);
+            self.view.rotation[body] = self.attitude(y, body);
         }
     }
 
@@ -263,8 +259,8 @@ impl Dynamics {
     pub(super) fn pose(&self, y: &[f64], i: usize, j: usize) -> Pose {
         Pose {
             separation: vector(y, self.layout.position(j)) - vector(y, self.layout.position(i)),
-            rotation_first: self.rotation[i],
-            rotation_second: self.rotation[j],
+            rotation_first: self.view.rotation[i],
+            rotation_second: self.view.rotation[j],
         }
     }
 }

@@ -29,6 +29,7 @@ mod system;
 mod tops;
 mod variations;
 mod vector;
+mod view;
 
 pub use at_a_state::BodyInteraction;
 pub use collocation::Collocation;

@@ -12,9 +12,7 @@ impl Dynamics {
     pub fn check_outside(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
         if self.layout.forces > 0 {
             self.turn(y);
-            self.take_attitudes(y);
-            let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
-            self.outside.check(scene, until)?;
+            self.outside.check(self.view.show(time, y), until)?;
         }
         Ok(())
     }
@@ -27,8 +25,7 @@ impl Dynamics {
     /// To the bodies' motion about the barycentre, and to that of the barycentre.
     #[inline(always)]
     fn load_outside<S: Simd>(&mut self, simd: S, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
-        self.take_attitudes(y);
-        let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
+        let scene = self.view.show(time, y);
         // On their own at first: these sums do not wait for what the bodies do to each other.
         self.actions.clear();
         let loaded = self.outside.load(simd, scene, &mut self.actions);
@@ -52,8 +49,7 @@ impl Dynamics {
 
     /// Adds what the forces from outside have of the derivatives.
     pub(super) fn slopes_outside(&mut self, time: f64, y: &[f64], slopes: &mut LoadSlopes) -> Result<()> {
-        self.take_attitudes(y);
-        let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
+        let scene = self.view.show(time, y);
         self.outside.load(Scalar, scene, &mut ())?;
         self.outside.slopes(scene, slopes)
     }
@@ -66,21 +62,13 @@ impl Dynamics {
         body: usize,
         pull: &mut ExtendedPull,
     ) -> Result<[[Vec3; 2]; 3]> {
-        self.outside.by_axes(self.frame.scene(time, y, &self.rotation, &self.attitude), body, pull)
+        self.outside.by_axes(self.view.shown(time, y), body, pull)
     }
 
     /// The bodies of the vector of the last evaluation, or of one with the same attitudes.
     #[inline(always)]
     pub(super) fn scene<'a>(&'a self, time: f64, y: &'a [f64]) -> Scene<'a> {
-        self.frame.scene(time, y, &self.rotation, &self.attitude)
-    }
-
-    /// Takes the attitudes in a vector over for the forces that want them.
-    #[inline(always)]
-    pub(super) fn take_attitudes(&mut self, y: &[f64]) {
-        for (body, attitude) in self.attitude.iter_mut().enumerate() {
-            *attitude = self.frame.attitude(body, y);
-        }
+        self.view.shown(time, y)
     }
 }
 

@@ -62,9 +62,7 @@ impl Dynamics {
             }
         }
         if self.layout.forces > 0 {
-            self.take_attitudes(y);
-            let scene = self.frame.scene(time, y, &self.rotation, &self.attitude);
-            self.outside.switch(scene, step)?;
+            self.outside.switch(self.view.show(time, y), step)?;
         }
         let mut work = LINK + self.outside.work();
         let mut index = 0;
