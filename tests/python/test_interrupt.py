@@ -96,7 +96,7 @@ def energy_of_many():
 
 
 def simulation_of_many():
-    system, state = lattice(350, fullbody.Sphere(1.0))
+    system, state = lattice(900, fullbody.Sphere(1.0))
     return lambda: fullbody.Simulation(system, state), lambda: None
 
 
